@@ -1,0 +1,75 @@
+"""A frame: the quantities of one image."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from minirt.errors import InputError
+from minirt.quantities import QUANTITIES
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(Mapping[str, Array]):
+    """Quantities of one image, by name; any subset of the table in `minirt.quantities`.
+
+    Attributes
+    ----------
+    arrays : dict of str to array
+        (ny, nx) or (ny, nx, k), of the table's dtypes, row 0 at the top.
+    meta : dict of str to str
+        ``scene``, ``sceneSha256``, ``version``; empty where unknown.
+
+    Raises
+    ------
+    InputError
+        A name that the table does not have, or shapes that do not fit one image.
+    """
+
+    arrays: dict[str, Array]
+    meta: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        sides = set()
+        for name, array in self.arrays.items():
+            quantity = QUANTITIES.get(name)
+            if quantity is None:
+                raise InputError(
+                    "unknown quantity", got=repr(name)[:80], expected=", ".join(QUANTITIES)
+                )
+            if array.ndim < 2 or array.shape != quantity.shape(*array.shape[:2]):
+                raise InputError(
+                    "wrong shape",
+                    where=name,
+                    got=str(array.shape),
+                    expected=str(quantity.shape(0, 0)).replace("(0, 0", "(ny, nx"),
+                )
+            if array.dtype != np.dtype(quantity.dtype):
+                raise InputError(
+                    "wrong type", where=name, got=str(array.dtype), expected=quantity.dtype
+                )
+            sides.add(array.shape[:2])
+        if len(sides) > 1:
+            raise InputError("quantities of different sizes in one frame", got=str(sorted(sides)))
+
+    def __getitem__(self, name: str) -> Array:
+        return self.arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.arrays)
+
+    def __len__(self) -> int:
+        return len(self.arrays)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(ny, nx); (0, 0) for a frame that holds nothing."""
+        for array in self.arrays.values():
+            return array.shape[0], array.shape[1]
+        return 0, 0

@@ -1,0 +1,113 @@
+"""S10, S11: the convex polygon."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from minirt.shapes.triangle import Meeting, TriangleHits
+from minirt.vectors import Floats, Ints, dot, norm
+
+
+class PolygonHits(NamedTuple):
+    """t of the plane, and the fan triangle the point lies in.
+
+    Attributes
+    ----------
+    t : (n,) float64
+        +inf where the plane is met outside the polygon, or not at all.
+    triangle : (n,) int32
+        The first fan triangle 0…m−3 that holds the point; −1 for none.
+    beta, gamma : (n,) float64
+        Weights within that triangle; NaN for none.
+    """
+
+    t: Floats
+    triangle: Ints
+    beta: Floats
+    gamma: Floats
+
+
+def fan(m: int) -> Ints:
+    """The m − 2 triangles (P1, Pk, Pk+1) of a polygon's fan, as indices (m − 2, 3). Source: S11."""
+    k = np.arange(1, m - 1, dtype=np.int32)
+    return np.stack((np.zeros_like(k), k, k + 1), axis=1)
+
+
+def polygon_hit(
+    P0: Floats,
+    d: Floats,
+    corners: tuple[Floats, Floats, Floats],
+    fan_normals: Floats,
+    p: Floats,
+    plane: Callable[[Floats, Floats, Floats, Floats], Floats],
+    triangle: Callable[[Floats, Floats, Floats, Floats, Floats, Floats], TriangleHits],
+) -> PolygonHits:
+    """Meet the plane (S10), then ask the fan's triangles in turn (S9) which one holds the point.
+
+    Parameters
+    ----------
+    P0, d : (3, n) float64
+    corners : three (3, m − 2) float64
+        The fan's triangles: P1, Pk, Pk+1.
+    fan_normals : (3, m − 2) float64
+        Their `edge_normal`.
+    p : (3, 1) float64
+        The polygon's normal, of any length.
+    plane, triangle
+        The rules S10 and S9 in force.
+
+    Source: S11.
+    """
+    a, b, c = corners
+    n = P0.shape[1]
+    t = plane(P0, d, a[:, :1], p)
+    index = np.full(n, -1, dtype=np.int32)
+    beta, gamma = np.full(n, np.nan), np.full(n, np.nan)
+    for k in range(a.shape[1]):
+        one = slice(k, k + 1)
+        meeting = triangle(P0, d, a[:, one], b[:, one], c[:, one], fan_normals[:, one])
+        held = (meeting.case == Meeting.INSIDE) & (index < 0)
+        index[held] = k
+        beta[held], gamma[held] = meeting.beta[held], meeting.gamma[held]
+    return PolygonHits(np.where(index >= 0, t, np.inf), index, beta, gamma)
+
+
+def polygon_normal(fan_normals: Floats) -> Floats:
+    """p: the sum of the fan's normals, (3, 1); the polygon is planar, so they only differ in length."""
+    total = np.zeros((3, 1))
+    for k in range(fan_normals.shape[1]):
+        total += fan_normals[:, k : k + 1]
+    return total
+
+
+def polygon_fault(vertices: Floats, fan_normals: Floats) -> str | None:
+    """Why S11 cannot take this polygon, or None.
+
+    The plane must hold every vertex to 1e-9 of the polygon's size (and 8 ulp of the coordinates);
+    every corner must turn the normal's way, or not at all, to within the same distance.
+
+    Parameters
+    ----------
+    vertices : (m, 3) float64
+    fan_normals : (3, m − 2) float64
+    """
+    P = vertices.T
+    size = float(norm(P.max(axis=1) - P.min(axis=1)))
+    slack = 1e-9 * size + 8 * 2.0**-53 * float(np.abs(P).max())
+    p = polygon_normal(fan_normals)
+    length = float(norm(p)[0])
+    if length == 0:
+        return "the polygon has no area"
+    s = p / length
+    off = np.abs(dot(P - P[:, :1], s))
+    if off.max() > slack:
+        return f"the polygon is not planar: vertex {int(off.argmax())} is {off.max():.3g} off"
+    ahead, behind = np.roll(P, -1, axis=1) - P, P - np.roll(P, 1, axis=1)
+    turn = dot(np.cross(behind, ahead, axis=0), s)
+    reach = np.maximum(norm(ahead), norm(behind))
+    if (turn < -slack * reach).any() or (dot(fan_normals, s) < -slack * size).any():
+        return f"the polygon is not convex, or turns more than once: see vertex {int(turn.argmin())}"
+    return None
