@@ -1,0 +1,1 @@
+"""Whom minirt is compared with, and how."""

@@ -1,0 +1,1 @@
+"""The only files that import or start a renderer."""
