@@ -1,0 +1,105 @@
+"""Arguments of the public procedures: numbers and vectors of any array-like, checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from minirt.errors import InputError
+from minirt.schema import LARGEST
+from minirt.vectors import Floats
+
+
+def vectors(**named: ArrayLike) -> tuple[list[Floats], bool]:
+    """Vectors (3,) or (3, n) as (3, n) of one common n, and whether all of them were single.
+
+    Raises
+    ------
+    InputError
+        Not numbers, wrong shapes, different counts, or numbers that are not finite.
+    """
+    arrays = {name: _array(value, name) for name, value in named.items()}
+    for name, array in arrays.items():
+        if array.ndim not in (1, 2) or array.shape[0] != 3:
+            raise InputError(
+                "not a vector", where=name, got=f"shape {array.shape}", expected="(3,) or (3, n)"
+            )
+        if not (np.abs(array) <= LARGEST).all():
+            raise InputError(
+                "a number is not finite or out of range",
+                where=name,
+                expected=f"within ±{LARGEST:g}",
+            )
+    single = all(array.ndim == 1 for array in arrays.values())
+    counts = {a.shape[1] for a in arrays.values() if a.ndim == 2}
+    if len(counts - {1}) > 1:
+        raise InputError("different numbers of vectors", got=str(sorted(counts)))
+    n = min(counts) if counts == {0} else max(counts | {1})
+    return [np.broadcast_to(a.reshape(3, -1), (3, n)) for a in arrays.values()], single
+
+
+def nonzero(**named: ArrayLike) -> None:
+    """Refuse zero vectors among vectors (3,) or (3, n).
+
+    Raises
+    ------
+    InputError
+    """
+    for name, value in named.items():
+        if not (_array(value, name) != 0).any(axis=0).all():
+            raise InputError("a direction is the zero vector", where=name)
+
+
+def rays(P0: ArrayLike, d: ArrayLike) -> tuple[Floats, Floats, bool]:
+    """Origins and directions (3, n), and whether it was a single ray."""
+    (origins, directions), single = vectors(P0=P0, d=d)
+    nonzero(d=d)
+    return origins, directions, single
+
+
+def numbers(value: ArrayLike, name: str, n: int) -> Floats:
+    """A number, or one a ray, as (n,) float64; finite.
+
+    Raises
+    ------
+    InputError
+    """
+    array = _array(value, name)
+    if array.ndim > 1 or array.size not in (1, n):
+        raise InputError(
+            "neither one number nor one a ray", where=name, got=f"shape {array.shape}"
+        )
+    if not np.isfinite(array).all():
+        raise InputError("a number is not finite", where=name)
+    return np.broadcast_to(array.reshape(-1), (n,))
+
+
+def interval(t0: float, t1: float) -> None:
+    """Check S6's [t0, t1]: 0 ≤ t0 ≤ t1.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        fits = 0 <= t0 <= t1
+    except TypeError:
+        fits = False
+    if not fits:
+        raise InputError(
+            "not an interval of a ray", where="t0, t1", got=f"[{t0}, {t1}]", expected="0 ≤ t0 ≤ t1"
+        )
+
+
+def shaped(value: NDArray[Any], single: bool) -> Any:
+    """The last axis of a single ray's answer dropped."""
+    return value[..., 0] if single else value
+
+
+def _array(value: Any, name: str) -> Floats:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("not numbers", where=name, got=repr(value)[:80]) from None

@@ -1,0 +1,104 @@
+"""S4's other request: ALL objects that a ray meets, in order."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minirt.geometry import Geometry
+from minirt.rules import Rules
+from minirt.shapes.triangle import Meeting
+from minirt.trace import Hits
+from minirt.vectors import Floats, Ints
+
+_PAIRS = 262_144
+
+
+def every_hit(
+    geometry: Geometry, rules: Rules, P0: Floats, d: Floats, t0: float, t1: float
+) -> Hits:
+    """All hits of rays (3, n) with t in [t0, t1]: both roots of spheres, every face.
+
+    Returns
+    -------
+    Hits
+        Arrays (k, n), sorted by t, then object, then face; ∅ after a ray's last hit. k is the
+        largest number of hits of any ray.
+    """
+    primitives = (
+        2 * len(geometry.spheres.radius) + len(geometry.triangles.object) + len(geometry.polygons)
+    )
+    step = max(1, _PAIRS // max(1, primitives))
+    parts = [
+        _sorted(_candidates(geometry, rules, P0[:, i : i + step], d[:, i : i + step], t0, t1))
+        for i in range(0, max(1, P0.shape[1]), step)
+    ]
+    k = max(part.t.shape[0] for part in parts)
+    padded = [_padded(part, k) for part in parts]
+    return Hits(*(np.concatenate(v, axis=1) for v in zip(*map(_values, padded), strict=True)))
+
+
+def _candidates(
+    geometry: Geometry, rules: Rules, P0: Floats, d: Floats, t0: float, t1: float
+) -> Hits:
+    """Every primitive's answer for every ray, (primitives, n)."""
+    n = P0.shape[1]
+    rows = [Hits.none((0, n))]
+    P0_, d_ = P0[:, None, :], d[:, None, :]
+    spheres, tri = geometry.spheres, geometry.triangles
+    if len(spheres.radius):
+        near, far = rules.sphere(P0_, d_, spheres.center[:, :, None], spheres.radius[:, None])
+        for root in (near, np.where(far > near, far, np.inf)):
+            rows.append(_row(root, spheres.object, np.zeros_like(spheres.object), n))
+    if len(tri.object):
+        met = rules.triangle(P0_, d_, *(v[:, :, None] for v in (tri.a, tri.b, tri.c, tri.N)))
+        t = np.where(met.case == Meeting.INSIDE, met.t, np.inf)
+        rows.append(_row(t, tri.object, tri.face, n, met.beta, met.gamma))
+    for polygon in geometry.polygons:
+        f = polygon.facets
+        hit = rules.polygon(
+            P0, d, f.corners, f.edge_normals, f.plane, rules.plane, rules.triangle
+        )
+        number = np.array([polygon.object], dtype=np.int32)
+        face, beta, gamma = (v.reshape(1, n) for v in (hit.triangle, hit.beta, hit.gamma))
+        row = _row(hit.t.reshape(1, n), number, number, n, beta, gamma)
+        rows.append(Hits(row.t, row.object, face, beta, gamma))
+    every = Hits(*(np.concatenate(v) for v in zip(*map(_values, rows), strict=True)))
+    return _only(every, rules.in_interval(every.t, t0, t1))
+
+
+def _row(
+    t: Floats, object_: Ints, face: Ints, n: int, beta: Floats | None = None, gamma: Floats | None = None
+) -> Hits:
+    shape = (len(object_), n)
+    nan = np.full(shape, np.nan)
+    return Hits(
+        t,
+        np.broadcast_to(object_[:, None], shape),
+        np.broadcast_to(face[:, None], shape),
+        nan if beta is None else beta,
+        nan if gamma is None else gamma,
+    )
+
+
+def _only(hits: Hits, counts: np.ndarray[tuple[int, int], np.dtype[np.bool_]]) -> Hits:
+    none = Hits.none(counts.shape)
+    return Hits(
+        *(np.where(counts, a, b) for a, b in zip(_values(hits), _values(none), strict=True))
+    )
+
+
+def _sorted(hits: Hits) -> Hits:
+    k = int(np.isfinite(hits.t).sum(axis=0).max(initial=0))
+    order = np.lexsort((hits.triangle, hits.object, hits.t), axis=0)[:k]
+    return Hits(*(np.take_along_axis(v, order, axis=0) for v in _values(hits)))
+
+
+def _padded(hits: Hits, k: int) -> Hits:
+    missing = Hits.none((k - hits.t.shape[0], hits.t.shape[1]))
+    return Hits(
+        *(np.concatenate(v) for v in zip(_values(hits), _values(missing), strict=True))
+    )
+
+
+def _values(hits: Hits) -> list[np.ndarray[tuple[int, int], np.dtype[np.generic]]]:
+    return list(vars(hits).values())

@@ -1,0 +1,123 @@
+"""A scene's primitives as arrays, and the trees that cull them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+
+from minirt.bvh import Tree, build
+from minirt.scene import Facets, Scene, Sphere
+from minirt.vectors import Floats, Ints
+
+
+class Kind(IntEnum):
+    """Which of the three tests an object's primitives go through."""
+
+    SPHERE = 0
+    POLYGON = 1
+    TRIANGLES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres:
+    """All spheres: center (3, m), radius (m,), object (m,)."""
+
+    center: Floats
+    radius: Floats
+    object: Ints
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Boxes around the spheres."""
+        return build(self.center - self.radius, self.center + self.radius)
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """All triangles of triangle objects and meshes: a, b, c, N (3, m), object, face (m,)."""
+
+    a: Floats
+    b: Floats
+    c: Floats
+    N: Floats
+    object: Ints
+    face: Ints
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Boxes around the triangles."""
+        lower = np.minimum(np.minimum(self.a, self.b), self.c)
+        upper = np.maximum(np.maximum(self.a, self.b), self.c)
+        return build(lower, upper)
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon:
+    """One polygon: its number among the objects, its facets, its box's corners (3, 1)."""
+
+    object: int
+    facets: Facets
+    lower: Floats
+    upper: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """What the rays of one scene can meet.
+
+    `first` gives each object's place among the primitives of its kind: its sphere, its first
+    triangle, its polygon.
+    """
+
+    spheres: Spheres
+    triangles: Triangles
+    polygons: tuple[Polygon, ...]
+    kind: Ints
+    first: Ints
+
+    @classmethod
+    def of(cls, scene: Scene) -> Geometry:
+        """Gather a scene's primitives in the order of its objects."""
+        spheres: list[tuple[int, Sphere]] = []
+        flat: list[tuple[int, Facets]] = []
+        polygons: list[Polygon] = []
+        place = []
+        faces = 0
+        for index, thing in enumerate(scene.objects):
+            if isinstance(thing, Sphere):
+                place.append((Kind.SPHERE, len(spheres)))
+                spheres.append((index, thing))
+            elif thing.type == "polygon":
+                place.append((Kind.POLYGON, len(polygons)))
+                low, high = thing.vertices.min(axis=0), thing.vertices.max(axis=0)
+                polygons.append(Polygon(index, thing, low.reshape(3, 1), high.reshape(3, 1)))
+            else:
+                place.append((Kind.TRIANGLES, faces))
+                flat.append((index, thing))
+                faces += len(thing.faces)
+        kind, first = np.array(place, dtype=np.int32).reshape(-1, 2).T
+        return cls(_spheres(spheres), _triangles(flat), tuple(polygons), kind, first)
+
+
+def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:
+    return Spheres(
+        np.array([s.center for _, s in found], dtype=np.float64).reshape(-1, 3).T.copy(),
+        np.array([s.radius for _, s in found], dtype=np.float64),
+        np.array([index for index, _ in found], dtype=np.int32),
+    )
+
+
+def _triangles(found: list[tuple[int, Facets]]) -> Triangles:
+    empty = np.zeros((3, 0))
+    columns = [
+        np.concatenate([empty, *(f.corners[k] for _, f in found)], axis=1) for k in range(3)
+    ]
+    normals = np.concatenate([empty, *(f.edge_normals for _, f in found)], axis=1)
+    counts = [len(f.faces) for _, f in found]
+    objects = np.repeat(np.array([i for i, _ in found], dtype=np.int32), counts)
+    faces = [np.arange(k, dtype=np.int32) for k in counts]
+    face = np.concatenate([np.zeros(0, dtype=np.int32), *faces])
+    return Triangles(*columns, normals, objects, face)

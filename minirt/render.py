@@ -1,0 +1,184 @@
+"""S4: the basic algorithm, pixel by pixel: Scene → Frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from minirt.errors import InputError
+from minirt.frame import Array, Frame
+from minirt.launch import SLIDES_LAUNCH, Launch
+from minirt.quantities import QUANTITIES
+from minirt.rules import SLIDES, Rules
+from minirt.scene import Scene
+from minirt.screen import image_pixels
+from minirt.vectors import Floats, column, norm
+from minirt.version import __version__
+from minirt.whitted import Branch, Points, Whitted
+
+#: Pixels traced together: bounds the working memory whatever the image's size.
+TILE = 16_384
+
+#: What a tile hands over beside the public quantities: see `Whitted.color`.
+SIGNATURE = "signature"
+
+Tile = dict[str, Array]
+
+
+def render(
+    scene: Scene,
+    rules: Rules = SLIDES,
+    quantities: Iterable[str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Frame:
+    """Render a scene by the lecture's algorithm.
+
+    Parameters
+    ----------
+    scene : Scene
+    rules : Rules, optional
+        The record of rules to follow; one of them may be replaced.
+    quantities : iterable of str, optional
+        Names from `minirt.QUANTITIES`; all of them when left out. Only what they need is traced.
+    progress : callable, optional
+        Called with pixels done and pixels in all, after each tile.
+
+    Returns
+    -------
+    Frame
+        Arrays (ny, nx) or (ny, nx, k), row 0 at the top.
+
+    Raises
+    ------
+    InputError
+        An unknown quantity, or an image that does not fit in memory.
+
+    Examples
+    --------
+    >>> import minirt
+    >>> frame = minirt.render(minirt.load_scene("atlas:one-sphere"), quantities=["hit", "depth"])
+    >>> frame["hit"].shape, frame["hit"].dtype.name
+    ((192, 256), 'bool')
+
+    Source: S4.
+    """
+    names = chosen_quantities(quantities)
+    ny, nx = scene.screen.ny, scene.screen.nx
+    try:
+        arrays = {name: QUANTITIES[name].missing(ny, nx) for name in names}
+    except MemoryError:
+        raise InputError(
+            "the image does not fit in memory", got=f"{nx} × {ny} of {', '.join(names)}"
+        ) from None
+    flat = {name: array.reshape(ny * nx, -1) for name, array in arrays.items()}
+    for start, stop, tile in tiles(scene, names, rules):
+        for name in names:
+            value = tile[name]
+            flat[name][start:stop] = value.reshape(-1, stop - start).T
+        if progress is not None:
+            progress(stop, nx * ny)
+    return Frame(arrays, frame_meta(scene))
+
+
+def frame_meta(scene: Scene) -> dict[str, str]:
+    """Which scene and which version a frame comes from."""
+    return {"scene": scene.name, "sceneSha256": scene.sha256, "version": __version__}
+
+
+def chosen_quantities(names: Iterable[str] | None) -> tuple[str, ...]:
+    """Checked names in the table's order; all for None."""
+    if names is None:
+        return tuple(QUANTITIES)
+    wanted = list(names)
+    unknown = [name for name in wanted if name not in QUANTITIES]
+    if unknown or not wanted:
+        raise InputError(
+            "unknown quantity" if unknown else "no quantity was asked for",
+            got=", ".join(map(repr, unknown))[:200],
+            expected=", ".join(QUANTITIES),
+        )
+    return tuple(name for name in QUANTITIES if name in wanted)
+
+
+def tiles(
+    scene: Scene, names: Iterable[str], rules: Rules = SLIDES, launch: Launch = SLIDES_LAUNCH
+) -> Iterable[tuple[int, int, Tile]]:
+    """Trace an image tile by tile: first pixel, one past the last, and arrays (n,) or (3, n).
+
+    Pixels are counted along rows from the top left. `SIGNATURE` may be among the names.
+    """
+    whitted = Whitted(scene, rules, launch)
+    wanted = frozenset(names)
+    total = scene.screen.nx * scene.screen.ny
+    for start in range(0, total, TILE):
+        stop = min(start + TILE, total)
+        d = primary_directions(scene, rules, start, stop)
+        yield start, stop, trace_pixels(whitted, d, wanted)
+
+
+def primary_directions(scene: Scene, rules: Rules, start: int, stop: int) -> Floats:
+    """d of the rays through some pixels' centres, (3, n) float64. Source: S1–S3, S5."""
+    i, j = image_pixels(scene.screen, start, stop)
+    frame = rules.view_frame(scene.screen)
+    u_s, v_s = rules.pixel_center(scene.screen, i, j)
+    return rules.ray_direction(rules.model_from_view(frame, u_s, v_s))
+
+
+def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
+    """The wanted quantities of the rays from the observer along d (3, n)."""
+    n, rules = d.shape[1], whitted.rules
+    P0 = whitted.launch.primary(np.broadcast_to(column(whitted.scene.screen.P0), d.shape), d)
+    length = norm(d)
+    hits = whitted.first_hits(P0, d)
+    points = whitted.points(P0, d, hits)
+    tile: Tile = {
+        "ray": d / length,
+        "hit": hits.object >= 0,
+        "object": hits.object,
+        "triangle": hits.triangle,
+        "t": hits.t,
+        "depth": rules.depth_of(hits.t, whitted.scene.screen.nu),
+        "distance": rules.distance_of(hits.t, length),
+        "barycentric": np.stack((hits.beta, hits.gamma)),
+        "position": _scatter(points, points.M, n, "position"),
+        "normal": _scatter(points, points.normal, n, "normal"),
+        "alpha": _scatter(points, points.material.alpha, n, "alpha"),
+    }
+    if "shadow" in wanted:
+        dark = whitted.shadow(points).astype(np.int8)
+        tile["shadow"] = _scatter(points, dark, n, "shadow")
+    if wanted & _REFLECTION:
+        tile.update(_branch_tile("reflection", points, whitted.reflected(points), n))
+    if wanted & _REFRACTION:
+        some = points.take(np.flatnonzero(~np.isnan(points.material.ior)))
+        branch = whitted.refracted(some)
+        tile.update(_branch_tile("refraction", some, branch, n))
+        total = np.isnan(branch.direction[0]).astype(np.int8)
+        tile["tir"] = _scatter(some, total, n, "tir")
+    if wanted & {"color", SIGNATURE}:
+        tile["color"], tile[SIGNATURE] = whitted.color(P0, d, hits)
+    return tile
+
+
+_REFLECTION = {"reflection", "reflection_object", "reflection_t"}
+_REFRACTION = {"refraction", "refraction_object", "refraction_t", "tir"}
+
+
+def _branch_tile(name: str, points: Points, branch: Branch, n: int) -> Tile:
+    return {
+        name: _scatter(points, branch.direction, n, name),
+        f"{name}_object": _scatter(points, branch.hits.object, n, f"{name}_object"),
+        f"{name}_t": _scatter(points, branch.length, n, f"{name}_t"),
+    }
+
+
+def _scatter(points: Points, values: Array, n: int, name: str) -> Array:
+    """Values of the points at their rays, the quantity's miss value at the others."""
+    quantity = QUANTITIES[name]
+    shape = (n,) if quantity.components == 1 else (quantity.components, n)
+    result = np.full(shape, quantity.miss, dtype=quantity.dtype)
+    result[..., points.rays] = values
+    return result
+
+

@@ -1,0 +1,126 @@
+"""The lecture's rules S1–S16 as one record of pure functions, each of which can be replaced.
+
+`render` takes every step of the algorithm from such a record. `SLIDES` holds the lecture's own
+rules; a harness that wants to know whether it would notice a mistake hands over a record with
+that one mistake in it: ``SLIDES.replace(refract=my_wrong_refraction)``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from minirt import optics, screen, shading
+from minirt.shapes.plane import plane_normal, plane_t
+from minirt.shapes.polygon import PolygonHits, polygon_hit
+from minirt.shapes.sphere import sphere_normal, sphere_roots
+from minirt.shapes.triangle import TriangleHits, triangle_hit
+from minirt.vectors import Bools, Floats, Ints, dot, norm
+
+
+def closer(
+    t: Floats, object_: Ints, triangle_: Ints, best_t: Floats, best_object: Ints, best_triangle: Ints
+) -> Bools:
+    """Whether a hit comes before the best one so far: smaller t; at equal t the lower number.
+
+    Source: S4, S5.
+    """
+    first = (object_ < best_object) | ((object_ == best_object) & (triangle_ < best_triangle))
+    return (t < best_t) | ((t == best_t) & np.isfinite(t) & ((best_object < 0) | first))
+
+
+def in_interval(t: Floats, t0: Floats, t1: Floats) -> Bools:
+    """t ∈ [t0, t1] and t > 0: the half-line begins behind its origin. Source: S6, S5, E3."""
+    return (t >= t0) & (t <= t1) & (t > 0) & np.isfinite(t)
+
+
+def smallest_root(near: Floats, far: Floats, near_counts: Bools, far_counts: Bools) -> Floats:
+    """The smallest root in the interval: the far one where the origin lies inside. Source: S8."""
+    return np.where(near_counts, near, np.where(far_counts, far, np.inf))
+
+
+def to_light(l: Floats) -> Floats:  # noqa: E741 - the slide's letter
+    """The unit direction −l/‖l‖ of the shadow ray. Source: S12."""
+    return -l / norm(l)
+
+
+def start_of_secondary(epsilon: float) -> float:
+    """t0 of RT(M, −l, ε, ∞), RT(P, ρ, ε, ∞), RT(P, ϱ, ε, ∞): ε, so that M's own surface is not met.
+
+    ε is the third argument of RT; the slide says the first (E4). M is the surface point seen
+    through the pixel; the slide says the pixel's centre (E5). Source: S12, S14, S16.
+    """
+    return epsilon
+
+
+def toward_viewer(s: Floats, delta: Floats) -> Floats:
+    """The normal turned to where the ray came from: s·δ ≤ 0. Source: S13."""
+    return np.where(dot(s, delta) > 0, -s, s)
+
+
+def _rule(number: str, function: Callable[..., Any]) -> Any:
+    return field(default=function, metadata={"rule": number})
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Every step of the algorithm, by its field's name; `number` tells which rule it is.
+
+    Examples
+    --------
+    >>> wrong = SLIDES.replace(start_of_secondary=lambda epsilon: 0.0)
+    >>> wrong.changed()
+    ('start_of_secondary',)
+    >>> Rules.number("start_of_secondary")
+    'S12'
+    """
+
+    view_frame: Callable[..., screen.ViewFrame] = _rule("S1", screen.view_frame)
+    pixel_center: Callable[..., tuple[Floats, Floats]] = _rule("S2", screen.pixel_center)
+    model_from_view: Callable[..., Floats] = _rule("S3", screen.model_from_view)
+    closer: Callable[..., Bools] = _rule("S4", closer)
+    ray_direction: Callable[..., Floats] = _rule("S5", screen.ray_direction)
+    point_at: Callable[..., Floats] = _rule("S5", screen.point_at)
+    depth_of: Callable[..., Floats] = _rule("S5", screen.depth_of)
+    distance_of: Callable[..., Floats] = _rule("S5", screen.distance_of)
+    in_interval: Callable[..., Bools] = _rule("S6", in_interval)
+    combine: Callable[..., Floats] = _rule("S7", shading.combine)
+    sphere: Callable[..., tuple[Floats, Floats]] = _rule("S8", sphere_roots)
+    smallest_root: Callable[..., Floats] = _rule("S8", smallest_root)
+    sphere_normal: Callable[..., Floats] = _rule("S8", sphere_normal)
+    triangle: Callable[..., TriangleHits] = _rule("S9", triangle_hit)
+    face_normal: Callable[..., Floats] = _rule("S9", plane_normal)
+    plane: Callable[..., Floats] = _rule("S10", plane_t)
+    polygon: Callable[..., PolygonHits] = _rule("S11", polygon_hit)
+    to_light: Callable[..., Floats] = _rule("S12", to_light)
+    start_of_secondary: Callable[..., float] = _rule("S12", start_of_secondary)
+    toward_viewer: Callable[..., Floats] = _rule("S13", toward_viewer)
+    illuminate: Callable[..., Floats] = _rule("S13", shading.illuminate)
+    shadow_color: Callable[..., Floats] = _rule("S13", shading.shadow_color)
+    reflect: Callable[..., Floats] = _rule("S14", optics.reflected_direction)
+    indices: Callable[..., tuple[Floats, Floats]] = _rule("S15", optics.refractive_indices)
+    refract: Callable[..., Floats] = _rule("S16", optics.refracted_direction)
+
+    def replace(self, **functions: Callable[..., Any]) -> Rules:
+        """A copy with some rules replaced."""
+        return dataclasses.replace(self, **functions)
+
+    def changed(self) -> tuple[str, ...]:
+        """Names of the rules that are not the lecture's."""
+        return tuple(
+            f.name for f in dataclasses.fields(self) if getattr(self, f.name) is not f.default
+        )
+
+    @classmethod
+    def number(cls, name: str) -> str:
+        """The number, S1–S16, of a rule by its field's name."""
+        return str(cls.__dataclass_fields__[name].metadata["rule"])
+
+
+#: The lecture's own rules.
+SLIDES = Rules()
+

@@ -1,0 +1,222 @@
+"""S4, S7, S12–S16 along a ray: what is at the hit, and the rays that leave from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from minirt.bvh import Index
+from minirt.geometry import Geometry, Kind
+from minirt.launch import SLIDES_LAUNCH, Launch
+from minirt.rules import SLIDES, Rules
+from minirt.scene import Scene
+from minirt.shading import Surfaces, in_total_reflection, object_materials
+from minirt.trace import Hits, nearest, occluded
+from minirt.vectors import Bools, Floats, column, dot, norm
+
+Signature = NDArray[np.uint64]
+_PRIME = np.uint64(1099511628211)  # multiplier of the 64-bit FNV hash
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Surface points that rays have hit.
+
+    Attributes
+    ----------
+    rays : (n,) intp
+        Which of the rays they belong to.
+    M, delta : (3, n) float64
+        The points, and the unit directions of the rays that arrived.
+    normal, s : (3, n) float64
+        Unit geometric normal on the outside, and the one that light is reflected by.
+    hits : Hits
+    material : Surfaces
+    """
+
+    rays: Index
+    M: Floats
+    delta: Floats
+    normal: Floats
+    s: Floats
+    hits: Hits
+    material: Surfaces
+
+    def take(self, index: Index) -> Points:
+        """Some of the points."""
+        columns = (v[:, index] for v in (self.M, self.delta, self.normal, self.s))
+        return Points(
+            self.rays[index], *columns, self.hits.take(index), self.material.take(index)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Rays that leave from points: origin and unit direction (3, n), and what they meet.
+
+    `length` is the distance from the point itself to what is met, wherever the ray was started.
+    """
+
+    origin: Floats
+    direction: Floats
+    hits: Hits
+    length: Floats
+
+    def take(self, index: Index) -> Branch:
+        """Some of the rays."""
+        return Branch(
+            self.origin[:, index],
+            self.direction[:, index],
+            self.hits.take(index),
+            self.length[index],
+        )
+
+
+class Whitted:
+    """The lecture's algorithm on one scene, under given rules.
+
+    Parameters
+    ----------
+    scene : Scene
+    rules : Rules
+    launch : Launch
+    """
+
+    def __init__(
+        self, scene: Scene, rules: Rules = SLIDES, launch: Launch = SLIDES_LAUNCH
+    ) -> None:
+        self.scene, self.rules, self.launch = scene, rules, launch
+        self.geometry = Geometry.of(scene)
+        self.materials = object_materials(scene)
+        self.epsilon = rules.start_of_secondary(scene.epsilon)
+        self.to_light = rules.to_light(column(scene.light_direction))
+
+    def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
+        """RT(P0, d, t0, ∞) for rays (3, n)."""
+        return nearest(self.geometry, self.rules, P0, d, t0)
+
+    def points(self, P0: Floats, d: Floats, hits: Hits) -> Points:
+        """The surface points of those rays (3, n) that hit something. Source: S4."""
+        rays = np.flatnonzero(hits.object >= 0)
+        hits = hits.take(rays)
+        d = d[:, rays]
+        M = self.rules.point_at(P0[:, rays], d, hits.t)
+        normal = self._normals(M, hits)
+        s = self.launch.optical_normal(normal, hits)
+        return Points(rays, M, d / norm(d), normal, s, hits, self.materials.take(hits.object))
+
+    def _normals(self, M: Floats, hits: Hits) -> Floats:
+        geometry = self.geometry
+        normal = np.full_like(M, np.nan)
+        kind, first = geometry.kind[hits.object], geometry.first[hits.object]
+        on = np.flatnonzero(kind == Kind.SPHERE)
+        normal[:, on] = self.rules.sphere_normal(M[:, on], geometry.spheres.center[:, first[on]])
+        on = np.flatnonzero(kind == Kind.TRIANGLES)
+        which = first[on] + hits.triangle[on]
+        normal[:, on] = self.rules.face_normal(geometry.triangles.N[:, which])
+        for number, polygon in enumerate(geometry.polygons):
+            on = np.flatnonzero((kind == Kind.POLYGON) & (first == number))
+            if len(on):
+                normal[:, on] = self.rules.face_normal(polygon.facets.plane)
+        return normal
+
+    def shadow(self, points: Points) -> Bools:
+        """Whether each point is in shadow: RT(M, −l, ε, ∞) ≠ ∅. Source: S12."""
+        direction = np.broadcast_to(self.to_light, points.M.shape)
+        origin, t0 = self.launch.secondary(points.M, points.normal, direction, self.epsilon)
+        return occluded(self.geometry, self.rules, origin, direction, t0)
+
+    def reflected(self, points: Points) -> Branch:
+        """ρ and what RT(P, ρ, ε, ∞) meets. Source: S14."""
+        s = self.rules.toward_viewer(points.s, points.delta)
+        return self._leave(points, self.rules.reflect(points.delta, s))
+
+    def refracted(self, points: Points) -> Branch:
+        """ϱ and what RT(P, ϱ, ε, ∞) meets, of points whose material has an index. Source: S16.
+
+        The direction is NaN, and nothing is met, at total internal reflection (E2).
+        """
+        leaving = dot(points.delta, points.s) > 0
+        nu, nu_t = self.rules.indices(points.material.ior, leaving)
+        direction = self.rules.refract(points.delta, points.s, nu, nu_t)
+        passing = np.flatnonzero(~np.isnan(direction[0]))
+        some = self._leave(points.take(passing), direction[:, passing])
+        hits, length = Hits.none(leaving.shape), np.full(leaving.shape, np.inf)
+        hits.put(passing, some.hits)
+        length[passing] = some.length
+        origin = points.M.copy()
+        origin[:, passing] = some.origin
+        return Branch(origin, direction, hits, length)
+
+    def _leave(self, points: Points, direction: Floats) -> Branch:
+        origin, t0 = self.launch.secondary(points.M, points.normal, direction, self.epsilon)
+        hits = self.first_hits(origin, direction, t0)
+        ahead = dot(origin - points.M, direction) if origin is not points.M else 0.0
+        return Branch(origin, direction, hits, hits.t + ahead)
+
+    def color(
+        self, P0: Floats, d: Floats, hits: Hits, generation: int = 0
+    ) -> tuple[Floats, Signature]:
+        """rayColor: linear RGB (3, n) of rays, and a hash of every discrete answer on the way.
+
+        Two rays of one signature met the same faces, in shadow and light alike, along their whole
+        tree of reflected and refracted rays. Source: S7.
+        """
+        n = P0.shape[1]
+        result = np.broadcast_to(column(self.scene.background), (3, n)).copy()
+        signature = np.full(n, generation, dtype=np.uint64)
+        points = self.points(P0, d, hits)
+        if len(points.rays):
+            color, path = self._point_color(points, generation)
+            result[:, points.rays] = color
+            signature[points.rays] = path
+        return result, signature
+
+    def _point_color(self, points: Points, generation: int) -> tuple[Floats, Signature]:
+        dark = self.shadow(points)
+        path = _mix(points.hits.object, points.hits.triangle, dark)
+        material = points.material
+        transparent = np.flatnonzero(material.transmittance > 0)
+        through = self.refracted(points.take(transparent))
+        total = np.zeros(len(points.rays), dtype=np.bool_)
+        total[transparent] = np.isnan(through.direction[0])
+        k_r, k_t = in_total_reflection(material.reflectance, material.transmittance, total)
+        shiny = np.flatnonzero(k_r > 0)
+        if generation == self.scene.max_depth:
+            shiny, transparent = shiny[:0], transparent[:0]
+        mirrored, transmitted = np.zeros_like(points.M), np.zeros_like(points.M)
+        if len(shiny):
+            back = self.reflected(points.take(shiny))
+            mirrored[:, shiny], far = self._branch_color(back, generation)
+            path[shiny] = _mix(path[shiny], far)
+        passing = np.flatnonzero(~total[transparent])
+        if len(passing):
+            on = transparent[passing]
+            transmitted[:, on], far = self._branch_color(through.take(passing), generation)
+            path[on] = _mix(path[on], far)
+        local = self._local_color(points, dark)
+        return self.rules.combine(local, mirrored, transmitted, k_r, k_t), _mix(path, total)
+
+    def _branch_color(self, branch: Branch, generation: int) -> tuple[Floats, Signature]:
+        return self.color(branch.origin, branch.direction, branch.hits, generation + 1)
+
+    def _local_color(self, points: Points, dark: Bools) -> Floats:
+        s = self.rules.toward_viewer(points.s, points.delta)
+        light = np.broadcast_to(self.to_light, s.shape)
+        mirror = self.rules.reflect(-light, s)
+        lit = self.rules.illuminate(
+            points.material, column(self.scene.light_color), light, s, points.delta, mirror
+        )
+        return np.where(
+            dark, self.rules.shadow_color(points.material, self.scene.shadow_color), lit
+        )
+
+
+def _mix(first: NDArray[np.generic], *others: NDArray[np.generic]) -> Signature:
+    result = first.astype(np.int64).view(np.uint64) if first.dtype != np.uint64 else first
+    for value in others:
+        word = value if value.dtype == np.uint64 else value.astype(np.int64).view(np.uint64)
+        result = (result ^ (word + np.uint64(0x9E3779B9))) * _PRIME
+    return result
