@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
-from minirt.launch import SLIDES_LAUNCH, Launch
 from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.screen import image_pixels
-from minirt.vectors import Floats, column, norm
+from minirt.vectors import Floats, norm
 from minirt.version import __version__
 from minirt.whitted import Branch, Points, Whitted
 
@@ -72,7 +71,7 @@ def render(
             "the image does not fit in memory", got=f"{nx} × {ny} of {', '.join(names)}"
         ) from None
     flat = {name: array.reshape(ny * nx, -1) for name, array in arrays.items()}
-    for start, stop, tile in tiles(scene, names, rules):
+    for start, stop, tile in tiles(Whitted(scene, rules), names):
         for name in names:
             value = tile[name]
             flat[name][start:stop] = value.reshape(-1, stop - start).T
@@ -101,19 +100,16 @@ def chosen_quantities(names: Iterable[str] | None) -> tuple[str, ...]:
     return tuple(name for name in QUANTITIES if name in wanted)
 
 
-def tiles(
-    scene: Scene, names: Iterable[str], rules: Rules = SLIDES, launch: Launch = SLIDES_LAUNCH
-) -> Iterable[tuple[int, int, Tile]]:
+def tiles(whitted: Whitted, names: Iterable[str]) -> Iterator[tuple[int, int, Tile]]:
     """Trace an image tile by tile: first pixel, one past the last, and arrays (n,) or (3, n).
 
     Pixels are counted along rows from the top left. `SIGNATURE` may be among the names.
     """
-    whitted = Whitted(scene, rules, launch)
     wanted = frozenset(names)
-    total = scene.screen.nx * scene.screen.ny
+    total = whitted.scene.screen.nx * whitted.scene.screen.ny
     for start in range(0, total, TILE):
         stop = min(start + TILE, total)
-        d = primary_directions(scene, rules, start, stop)
+        d = primary_directions(whitted.scene, whitted.rules, start, stop)
         yield start, stop, trace_pixels(whitted, d, wanted)
 
 
@@ -128,7 +124,7 @@ def primary_directions(scene: Scene, rules: Rules, start: int, stop: int) -> Flo
 def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
     """The wanted quantities of the rays from the observer along d (3, n)."""
     n, rules = d.shape[1], whitted.rules
-    P0 = whitted.launch.primary(np.broadcast_to(column(whitted.scene.screen.P0), d.shape), d)
+    P0 = whitted.primary_origin(d)
     length = norm(d)
     hits = whitted.first_hits(P0, d)
     points = whitted.points(P0, d, hits)

@@ -60,17 +60,19 @@ class Hits:
 
 
 def nearest(
-    geometry: Geometry, rules: Rules, P0: Floats, d: Floats, t0: Floats | float, t1: float = np.inf
-) -> Hits:
+    geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
+    t0: Floats | float, t1: Floats | float = np.inf, other_than: Hits | None = None,
+) -> Hits:  # fmt: skip
     """RT: the first hit of each ray with t ∈ [t0, t1].
 
     Parameters
     ----------
     P0, d : (3, n) float64
-    t0 : float or (n,) float64
-    t1 : float
+    t0, t1 : float or (n,) float64
+    other_than : Hits, optional
+        One face a ray, which is passed over.
     """
-    return _Query(geometry, rules, P0, d, t0, t1, any_hit=False).run()
+    return _Query(geometry, rules, P0, d, t0, t1, other_than=other_than).run()
 
 
 def occluded(
@@ -89,15 +91,17 @@ class _Query:
 
     def __init__(
         self, geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
-        t0: Floats | float, t1: float, any_hit: bool,
+        t0: Floats | float, t1: Floats | float, any_hit: bool = False,
+        other_than: Hits | None = None,
     ) -> None:  # fmt: skip
         n = P0.shape[1]
         self.geometry, self.rules, self.P0, self.d = geometry, rules, P0, d
         self.t0 = np.broadcast_to(np.asarray(t0, dtype=np.float64), (n,))
-        self.t1, self.any_hit = t1, any_hit
+        self.t1 = np.broadcast_to(np.asarray(t1, dtype=np.float64), (n,))
+        self.any_hit, self.other_than = any_hit, other_than
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
-        self.limit = np.full(n, t1)
+        self.limit = self.t1.copy()
 
     def run(self) -> Hits:
         for polygon in self.geometry.polygons:
@@ -133,14 +137,16 @@ class _Query:
 
     def _spheres(self, rays: Index, which: Index) -> Hits:
         spheres = self.geometry.spheres
-        P0, d, t0 = self.P0[:, rays, None], self.d[:, rays, None], self.t0[rays, None]
+        P0, d = self.P0[:, rays, None], self.d[:, rays, None]
+        t0, t1 = self.t0[rays, None], self.t1[rays, None]
         near, far = self.rules.sphere(
             P0, d, spheres.center[:, None, which], spheres.radius[None, which]
         )
         accept = self.rules.in_interval
         t = self.rules.smallest_root(
-            near, far, accept(near, t0, self.t1), accept(far, t0, self.t1)
+            near, far, accept(near, t0, t1), accept(far, t0, t1)
         )
+        t = self._but(t, rays, spheres.object[which], np.int32(0))
         first = t.argmin(axis=1)
         t = t[np.arange(len(rays)), first]
         nan = np.full(len(rays), np.nan)
@@ -149,11 +155,13 @@ class _Query:
 
     def _triangles(self, rays: Index, which: Index) -> Hits:
         tri = self.geometry.triangles
-        P0, d, t0 = self.P0[:, rays, None], self.d[:, rays, None], self.t0[rays, None]
+        P0, d = self.P0[:, rays, None], self.d[:, rays, None]
+        t0, t1 = self.t0[rays, None], self.t1[rays, None]
         a, b, c, N = (v[:, None, which] for v in (tri.a, tri.b, tri.c, tri.N))
         met = self.rules.triangle(P0, d, a, b, c, N)
-        counts = (met.case == Meeting.INSIDE) & self.rules.in_interval(met.t, t0, self.t1)
+        counts = (met.case == Meeting.INSIDE) & self.rules.in_interval(met.t, t0, t1)
         t = np.where(counts, met.t, np.inf)
+        t = self._but(t, rays, tri.object[which], tri.face[which])
         first = t.argmin(axis=1)
         cell = (np.arange(len(rays)), first)
         found = which[first]
@@ -172,10 +180,21 @@ class _Query:
             self.P0[:, rays], self.d[:, rays], facets.corners, facets.edge_normals,
             facets.plane, self.rules.plane, self.rules.triangle,
         )  # fmt: skip
-        counts = (met.triangle >= 0) & self.rules.in_interval(met.t, self.t0[rays], self.t1)
+        counts = (met.triangle >= 0) & self.rules.in_interval(
+            met.t, self.t0[rays], self.t1[rays]
+        )
         object_ = np.full(len(rays), polygon.object, dtype=np.int32)
         t = np.where(counts, met.t, np.inf)
+        t = self._but(t[:, None], rays, object_[:1], met.triangle[:, None])[:, 0]
         self._keep(rays, Hits(t, object_, met.triangle, met.beta, met.gamma))
+
+    def _but(self, t: Floats, rays: Index, object_: Ints, face: Ints | np.int32) -> Floats:
+        """t (rays, primitives) without the face that each ray is to pass over."""
+        if self.other_than is None:
+            return t
+        known = self.other_than
+        same = (known.object[rays, None] == object_) & (known.triangle[rays, None] == face)
+        return np.where(same, np.inf, t)
 
     def _keep(self, rays: Index, found: Hits) -> None:
         best = self.best.take(rays)

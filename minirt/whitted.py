@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from minirt.bvh import Index
 from minirt.geometry import Geometry, Kind
-from minirt.launch import SLIDES_LAUNCH, Launch
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.shading import Surfaces, in_total_reflection, object_materials
@@ -77,21 +76,37 @@ class Branch:
 class Whitted:
     """The lecture's algorithm on one scene, under given rules.
 
+    How rays leave (`primary_origin`, `secondary_start`), what they meet first (`first_hits`) and
+    which normal light obeys (`optical_normal`) are methods of their own, so that a harness can
+    ask what would change if another renderer did them a little differently.
+
     Parameters
     ----------
     scene : Scene
     rules : Rules
-    launch : Launch
     """
 
-    def __init__(
-        self, scene: Scene, rules: Rules = SLIDES, launch: Launch = SLIDES_LAUNCH
-    ) -> None:
-        self.scene, self.rules, self.launch = scene, rules, launch
+    def __init__(self, scene: Scene, rules: Rules = SLIDES) -> None:
+        self.scene, self.rules = scene, rules
         self.geometry = Geometry.of(scene)
         self.materials = object_materials(scene)
         self.epsilon = rules.start_of_secondary(scene.epsilon)
         self.to_light = rules.to_light(column(scene.light_direction))
+
+    def primary_origin(self, d: Floats) -> Floats:
+        """Origins (3, n) of the primary rays along d (3, n): the observer."""
+        return np.broadcast_to(column(self.scene.screen.P0), d.shape)
+
+    def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
+        """Origins (3, n) and t0 of rays that leave points along unit directions (3, n).
+
+        Source: S12, S14, S16.
+        """
+        return points.M, self.epsilon
+
+    def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
+        """The unit normal (3, n) that light is reflected and refracted by: the geometric one."""
+        return normal
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
         """RT(P0, d, t0, ∞) for rays (3, n)."""
@@ -104,7 +119,7 @@ class Whitted:
         d = d[:, rays]
         M = self.rules.point_at(P0[:, rays], d, hits.t)
         normal = self._normals(M, hits)
-        s = self.launch.optical_normal(normal, hits)
+        s = self.optical_normal(normal, hits)
         return Points(rays, M, d / norm(d), normal, s, hits, self.materials.take(hits.object))
 
     def _normals(self, M: Floats, hits: Hits) -> Floats:
@@ -125,7 +140,7 @@ class Whitted:
     def shadow(self, points: Points) -> Bools:
         """Whether each point is in shadow: RT(M, −l, ε, ∞) ≠ ∅. Source: S12."""
         direction = np.broadcast_to(self.to_light, points.M.shape)
-        origin, t0 = self.launch.secondary(points.M, points.normal, direction, self.epsilon)
+        origin, t0 = self.secondary_start(points, direction)
         return occluded(self.geometry, self.rules, origin, direction, t0)
 
     def reflected(self, points: Points) -> Branch:
@@ -151,7 +166,7 @@ class Whitted:
         return Branch(origin, direction, hits, length)
 
     def _leave(self, points: Points, direction: Floats) -> Branch:
-        origin, t0 = self.launch.secondary(points.M, points.normal, direction, self.epsilon)
+        origin, t0 = self.secondary_start(points, direction)
         hits = self.first_hits(origin, direction, t0)
         ahead = dot(origin - points.M, direction) if origin is not points.M else 0.0
         return Branch(origin, direction, hits, hits.t + ahead)

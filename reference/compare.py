@@ -1,0 +1,271 @@
+"""Compare a frame with minirt's, quantity by quantity, where the exact answer is stable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from minirt.frame import Array, Frame
+from minirt.quantities import QUANTITIES, STAGES, Quantity, Stage
+from minirt.scene import Scene
+from minirt.vectors import Bools, Floats
+from reference.similarity import SSIM_FLOOR, ssim_of
+from reference.stability import Stability
+
+#: Share of pixels that must be certain on a scene that states no floor of its own.
+CERTAIN_FLOOR = 0.99
+
+State = Literal[
+    "passed", "failed", "not given", "not supported", "missing", "crashed", "timed out"
+]
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The pixel at which a quantity is furthest from minirt's, relative to the tolerance.
+
+    Attributes
+    ----------
+    column, row : int
+        From the left, and from the TOP.
+    ours, theirs : list of float
+    error, tolerance, ratio : float
+        Euclidean for vectors; ratio is error/tolerance, +inf for a discrete mismatch.
+    """
+
+    column: int
+    row: int
+    ours: list[float]
+    theirs: list[float]
+    error: float
+    tolerance: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Check:
+    """One quantity of one scene against one reference.
+
+    Attributes
+    ----------
+    quantity, stage : str
+    state : str
+    reason : str
+        Why it is not 'passed', in a sentence; empty where it is.
+    pixels, certain, compared : int
+        Of the image; where the exact answer is stable; of those, where there is a value.
+    floor : float
+        Least share of certain pixels.
+    wrong, first_wrong : int
+        Certain pixels that are wrong, and those where no earlier stage is.
+    worst : Worst or None
+        None where nothing was compared.
+    ssim, ssim_floor : float or None
+        Structural similarity of the whole picture, for hit, depth and shadow.
+    """
+
+    quantity: str
+    stage: Stage
+    state: State
+    reason: str = ""
+    pixels: int = 0
+    certain: int = 0
+    compared: int = 0
+    floor: float = CERTAIN_FLOOR
+    wrong: int = 0
+    first_wrong: int = 0
+    worst: Worst | None = None
+    ssim: float | None = None
+    ssim_floor: float | None = None
+
+    @property
+    def ratio(self) -> float | None:
+        """The worst error over its tolerance; None where nothing was compared."""
+        return None if self.worst is None else self.worst.ratio
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All quantities of one scene against one reference.
+
+    Attributes
+    ----------
+    checks : tuple of Check
+        In the table's order.
+    ratio : dict of str to (ny, nx) float64
+        Error over tolerance: NaN where it was not judged, +inf for a discrete mismatch.
+    first_stage : (ny, nx) int8
+        Number of the first wrong stage in `STAGES`; −1 where nothing is wrong.
+    """
+
+    checks: tuple[Check, ...]
+    ratio: dict[str, Floats] = field(default_factory=dict)
+    first_stage: Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int8))
+
+    @property
+    def passed(self) -> bool:
+        """Whether something was compared and nothing failed."""
+        states = {check.state for check in self.checks}
+        return "passed" in states and states <= {"passed", "not given", "not supported"}
+
+
+def compare(
+    scene: Scene,
+    ours: Frame,
+    stability: Stability,
+    theirs: Frame,
+    unsupported: Mapping[str, str],
+) -> Comparison:
+    """Judge every quantity that the other frame gives.
+
+    On certain pixels a discrete quantity must be equal, and a continuous one within its
+    tolerance; where minirt has no value (nothing is hit, no index) the other must have none
+    either. Wrong pixels are charged to the first stage, in causal order, that is wrong there.
+
+    Parameters
+    ----------
+    scene : Scene
+    ours : Frame
+        All quantities, by minirt.
+    stability : Stability
+        Of `ours`, under the other's declared error.
+    theirs : Frame
+        Any subset of the quantities.
+    unsupported : dict of str to str
+        Reasons for quantities that the other cannot give.
+    """
+    ratios = {
+        name: _ratio(QUANTITIES[name], ours[name], theirs[name], stability)
+        for name in ours
+        if name in theirs and theirs[name].shape == ours[name].shape
+    }
+    first_stage = _first_wrong_stage(ratios, ours.size)
+    floor = scene.floor[0] if scene.floor else CERTAIN_FLOOR
+    checks = []
+    for name in ours:
+        stage = QUANTITIES[name].stage
+        if name in ratios:
+            checks.append(
+                _check(name, ours, theirs, stability, ratios[name], first_stage, floor)
+            )
+        elif name in theirs:
+            got = "×".join(map(str, theirs[name].shape[1::-1]))
+            reason = f"the image is {got}, expected {ours.size[1]}×{ours.size[0]}"
+            checks.append(Check(name, stage, "failed", reason))
+        elif name in unsupported:
+            checks.append(Check(name, stage, "not supported", unsupported[name]))
+        else:
+            checks.append(Check(name, stage, "not given", "the frame does not hold it"))
+    return Comparison(tuple(checks), ratios, first_stage)
+
+
+def without_answer(names: Any, state: State, reason: str) -> tuple[Check, ...]:
+    """One check a quantity for a reference that gave no frame at all."""
+    return tuple(Check(name, QUANTITIES[name].stage, state, reason) for name in names)
+
+
+def error_of(quantity: Quantity, ours: Array, theirs: Array) -> Floats:
+    """Absolute error (ny, nx), Euclidean for vectors; +inf where only one of the two is a number.
+
+    0 where minirt has none and neither has the other. Discrete quantities: 0 or +inf.
+    """
+    if quantity.discrete:
+        return np.where(ours == theirs, 0.0, np.inf)
+    a, b = (v.reshape(*v.shape[:2], -1) for v in (ours, theirs))
+    ours_finite, theirs_finite = np.isfinite(a).all(axis=2), np.isfinite(b).all(axis=2)
+    with np.errstate(invalid="ignore", over="ignore"):
+        error = np.sqrt(((a - b) ** 2).sum(axis=2))
+    none = ~ours_finite & ~np.isfinite(b).any(axis=2)
+    return np.where(ours_finite & theirs_finite, error, np.where(none, 0.0, np.inf))
+
+
+def _ratio(quantity: Quantity, ours: Array, theirs: Array, stability: Stability) -> Floats:
+    error = error_of(quantity, ours, theirs)
+    if not quantity.discrete:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(error == 0, 0.0, error / stability.tolerance[quantity.name])
+    return np.where(stability.certain[quantity.name], error, np.nan)
+
+
+def _first_wrong_stage(ratios: Mapping[str, Floats], size: tuple[int, int]) -> Array:
+    first = np.full(size, -1, dtype=np.int8)
+    for number, stage in enumerate(STAGES):
+        for name, ratio in ratios.items():
+            if QUANTITIES[name].stage == stage:
+                first[(ratio > 1) & (first < 0)] = number
+    return first
+
+
+def _check(
+    name: str, ours: Frame, theirs: Frame, stability: Stability,
+    ratio: Floats, first_stage: Array, floor: float,
+) -> Check:  # fmt: skip
+    quantity = QUANTITIES[name]
+    certain: Bools = stability.certain[name]
+    given = _has_value(quantity, ours[name])
+    wrong = ratio > 1
+    here = STAGES.index(quantity.stage)
+    ssim = ssim_of(name, ours, theirs)
+    check = Check(
+        quantity=name,
+        stage=quantity.stage,
+        state="passed",
+        pixels=certain.size,
+        certain=int(certain.sum()),
+        compared=int((certain & given).sum()),
+        floor=floor,
+        wrong=int(wrong.sum()),
+        first_wrong=int((wrong & (first_stage == here)).sum()),
+        worst=_worst(quantity, ours[name], theirs[name], stability, ratio),
+        ssim=ssim,
+        ssim_floor=None if ssim is None else SSIM_FLOOR[name],
+    )
+    reason = _fault(check)
+    return check if not reason else _failed(check, reason)
+
+
+def _fault(check: Check) -> str:
+    if check.wrong:
+        return (
+            f"{check.wrong} of {check.certain} certain pixels wrong"
+            + ("" if check.first_wrong else f", all of them after an earlier stage than {check.stage}")
+        )
+    if check.certain < check.floor * check.pixels:
+        share = check.certain / check.pixels
+        return f"only {share:.2%} of the pixels are certain, expected {check.floor:.2%}"
+    if check.ssim is not None and check.ssim_floor is not None and check.ssim < check.ssim_floor:
+        return f"SSIM {check.ssim:.5f} is below its floor {check.ssim_floor}"
+    return ""
+
+
+def _failed(check: Check, reason: str) -> Check:
+    return Check(**{**vars(check), "state": "failed", "reason": reason})
+
+
+def _has_value(quantity: Quantity, values: Array) -> Bools:
+    if quantity.discrete:
+        return np.ones(values.shape, dtype=np.bool_)
+    flat = values.reshape(*values.shape[:2], -1)
+    return np.asarray(np.isfinite(flat).all(axis=2))
+
+
+def _worst(
+    quantity: Quantity, ours: Array, theirs: Array, stability: Stability, ratio: Floats
+) -> Worst | None:
+    if np.isnan(ratio).all():
+        return None
+    row, column = np.unravel_index(int(np.nanargmax(ratio)), ratio.shape)
+    pixel = (int(row), int(column))
+    allowed = 0.0 if quantity.discrete else float(stability.tolerance[quantity.name][pixel])
+    return Worst(
+        column=int(column),
+        row=int(row),
+        ours=np.atleast_1d(ours[pixel]).astype(float).tolist(),
+        theirs=np.atleast_1d(theirs[pixel]).astype(float).tolist(),
+        error=float(error_of(quantity, ours, theirs)[pixel]),
+        tolerance=allowed,
+        ratio=float(ratio[pixel]),
+    )

@@ -1,0 +1,138 @@
+"""Jobs in child processes: one that aborts, hangs or fails costs its own answer only."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from concurrent.futures import TimeoutError as JobTimeout
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal
+
+from pebble import ProcessExpired, ProcessFuture, ProcessPool
+
+#: Bytes of a job's last output that are kept for the report.
+_TAIL = 4000
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a job ended.
+
+    Attributes
+    ----------
+    state : str
+        done, raised, crashed or timed out.
+    value : object
+        What the job returned, or the exception that it raised; None otherwise.
+    reason : str
+        Why there is no answer, in a sentence; empty when done.
+    output : str
+        The last lines that it, or a library in it, wrote to standard output and error.
+    """
+
+    state: Literal["done", "raised", "crashed", "timed out"]
+    value: Any
+    reason: str = ""
+    output: str = ""
+
+
+class Workers:
+    """A pool of child processes. Use as a context manager; leaving it ends every child.
+
+    Parameters
+    ----------
+    count : int
+        Number of processes.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._numbers = iter(range(sys.maxsize))
+
+    def __enter__(self) -> Workers:
+        self._logs = TemporaryDirectory(prefix="minirt-")
+        self._pool = ProcessPool(
+            max_workers=self._count, context=multiprocessing.get_context("spawn")
+        )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.stop()
+        self._pool.join()
+        self._logs.cleanup()
+
+    def submit(self, timeout: float | None, job: Callable[..., Any], *args: Any) -> Job:
+        """Run ``job(*args)`` in a child, for at most `timeout` seconds."""
+        log = Path(self._logs.name) / f"{next(self._numbers)}.log"
+        future = self._pool.schedule(_run, args=[str(log), job, args], timeout=timeout)
+        return Job(future, log, timeout)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job that was handed to a child process."""
+
+    future: ProcessFuture
+    log: Path
+    timeout: float | None
+
+    def outcome(self) -> Outcome:
+        """Wait for it, and say how it ended. Never raises what happened in the child."""
+        try:
+            return Outcome("done", self.future.result())
+        except JobTimeout:
+            reason = f"no answer within {self.timeout:g} s"
+            return Outcome("timed out", None, reason, self._tail())
+        except ProcessExpired as error:
+            return Outcome("crashed", None, _death(error.exitcode), self._tail())
+        except Exception as error:  # whatever the job raised is its answer
+            reason = f"{type(error).__name__}: {error}"
+            return Outcome("raised", error, reason, self._tail())
+
+    def _tail(self) -> str:
+        try:
+            return self.log.read_bytes()[-_TAIL:].decode(errors="replace")
+        except OSError:
+            return ""
+
+
+def _death(exitcode: int | None) -> str:
+    if exitcode is not None and exitcode < 0:
+        return f"the process was ended by {signal.Signals(-exitcode).name}"
+    return f"the process ended with status {exitcode}"
+
+
+def _run(log: str, job: Callable[..., Any], args: tuple[Any, ...]) -> Any:
+    with _output_into(log):
+        try:
+            return job(*args)
+        except Exception:
+            traceback.print_exc()
+            raise
+
+
+@contextmanager
+def _output_into(log: str) -> Iterator[None]:
+    """Standard output and error of this process, C libraries included, into a file meanwhile."""
+    kept = [os.dup(1), os.dup(2)]
+    target = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    try:
+        os.dup2(target, 1)
+        os.dup2(target, 2)
+        yield
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for number, descriptor in zip((1, 2), kept, strict=True):
+            os.dup2(descriptor, number)
+            os.close(descriptor)
+        os.close(target)
+
+

@@ -1,0 +1,103 @@
+"""What a reference renderer is: a name, how it errs, and the frame it gives of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from minirt.frame import Frame
+from minirt.scene import Scene
+
+
+@dataclass(frozen=True)
+class NormalOffset:
+    """Secondary rays start off the surface: moved along the normal to the side they leave on.
+
+    The offset is ``factor · (1 + max|p'|) / scale`` scene units, p' = scale · (p − center) being
+    the point in the renderer's own coordinates.
+    """
+
+    factor: float
+    scale: float = 1.0
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class AlongRay:
+    """Secondary rays start on the surface and ignore hits nearer than ``length`` scene units."""
+
+    length: float
+
+
+@dataclass(frozen=True)
+class Declared:
+    """How a renderer errs, from first principles; every tolerance is derived from it.
+
+    Attributes
+    ----------
+    delta : float
+        Bound, in scene units, on how far any point of a ray or of a surface that it computes
+        lies from the exact one.
+    vertex : float
+        Bound, in scene units, on how far a vertex or centre is moved when it is handed over.
+    angle : float
+        Rounding of a unit vector, dimensionless.
+    color : float
+        Relative error of a colour channel; 0 for a renderer that gives no colour.
+    start : NormalOffset or AlongRay or None
+        How it starts secondary rays; None: as minirt does.
+    derivation : str
+        Where delta and angle come from, for people.
+    """
+
+    delta: float
+    vertex: float
+    angle: float
+    color: float
+    start: NormalOffset | AlongRay | None
+    derivation: str
+
+
+@dataclass(frozen=True)
+class Rendering:
+    """A reference's answer to one scene.
+
+    Attributes
+    ----------
+    frame : Frame
+        What it gives, in minirt's conventions (row 0 at the top, minirt's miss values).
+    unsupported : dict of str to str
+        Reason by quantity, for each quantity that it cannot give of this scene.
+    program : str
+        Name, version and variant of what really ran.
+    """
+
+    frame: Frame
+    unsupported: Mapping[str, str] = field(default_factory=dict)
+    program: str = ""
+
+
+class Unsupported(Exception):
+    """The renderer cannot represent this scene; the message says why."""
+
+
+class Reference(Protocol):
+    """One renderer that minirt is compared with. Picklable; imports its renderer only in `render`."""
+
+    name: str
+
+    def missing(self) -> str | None:
+        """Why it cannot run here, with the command that would bring it; None where it can."""
+
+    def declare(self, scene: Scene) -> Declared:
+        """How it errs on this scene. Cheap: imports nothing."""
+
+    def render(self, scene: Scene, scratch: Path) -> Rendering:
+        """Render the scene; runs in a child process, may write into the folder `scratch`.
+
+        Raises
+        ------
+        Unsupported
+        """

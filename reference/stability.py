@@ -1,0 +1,291 @@
+"""How far the exact answer itself moves under another renderer's declared error.
+
+Each pixel is traced five times: as the lecture says, and four times with every ray that is cast
+(primary, shadow, reflected, refracted) moved sideways by √2·δ, in four directions perpendicular to
+it. The factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of
+the four, whatever its direction. In those four, secondary rays start the way the other renderer
+starts them, and facets are tilted by what the rounding of their vertices can turn them. One of
+the four also answers with the runner-up where a second surface lies within the error of the first
+(coplanar or touching surfaces), since the other renderer may well see that one.
+
+A discrete quantity is certain where all five agree; a continuous one where the discrete answers
+that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
+the largest movement seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from minirt.frame import Array, Frame
+from minirt.geometry import Geometry, Kind
+from minirt.quantities import QUANTITIES
+from minirt.render import SIGNATURE, Tile, chosen_quantities, frame_meta, tiles
+from minirt.scene import Scene
+from minirt.trace import Hits, nearest
+from minirt.vectors import Bools, Floats, cross, dot, norm, unit
+from minirt.whitted import Points, Whitted
+from reference.source import AlongRay, Declared, NormalOffset
+
+#: Safety factor on the largest movement seen: the four directions sample a circle, on which the
+#: movement of a smooth answer is at most √2 times the largest of the four; the rest is margin
+#: for its curvature.
+KAPPA = 2.0
+
+#: Quantities whose agreement makes a quantity certain, beside itself where it is discrete.
+_CHAIN: dict[str, tuple[str, ...]] = {
+    "ray": (),
+    "hit": (),
+    "object": (),
+    "triangle": ("object",),
+    "t": ("object",),
+    "depth": ("object",),
+    "distance": ("object",),
+    "position": ("object",),
+    "barycentric": ("object", "triangle"),
+    "normal": ("object", "triangle"),
+    "shadow": ("object",),
+    "reflection": ("object", "triangle"),
+    "reflection_object": ("object", "triangle"),
+    "reflection_t": ("object", "triangle", "reflection_object"),
+    "tir": ("object", "triangle"),
+    "refraction": ("object", "triangle", "tir"),
+    "refraction_object": ("object", "triangle", "tir"),
+    "refraction_t": ("object", "triangle", "tir", "refraction_object"),
+    "color": ("object", "triangle", SIGNATURE),
+    "alpha": ("object",),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Stability:
+    """Where a comparison may judge, and how strictly.
+
+    Attributes
+    ----------
+    certain : dict of str to (ny, nx) bool
+        By quantity: whether the exact answer is stable under the declared error.
+    tolerance : dict of str to (ny, nx) float64
+        By continuous quantity: largest allowed error, Euclidean for vectors, in its unit; 0 where
+        it does not apply.
+    """
+
+    certain: dict[str, Bools]
+    tolerance: dict[str, Floats]
+
+
+def measure(
+    scene: Scene, declared: Declared, quantities: Iterable[str] | None = None
+) -> tuple[Frame, Stability]:
+    """Render a scene, and how stable each of its pixels is under a declared error.
+
+    Parameters
+    ----------
+    scene : Scene
+    declared : Declared
+    quantities : iterable of str, optional
+        All when left out.
+
+    Returns
+    -------
+    frame : Frame
+        Bit for bit what `minirt.render` gives.
+    stability : Stability
+    """
+    names = chosen_quantities(quantities)
+    traced = {*names, *(link for name in names for link in _CHAIN[name])}
+    if "color" in names:
+        traced.add("color")
+    ny, nx = scene.screen.ny, scene.screen.nx
+    frame = {name: QUANTITIES[name].missing(ny, nx) for name in names}
+    certain = {name: np.zeros((ny, nx), dtype=np.bool_) for name in names}
+    smooth = [name for name in names if not QUANTITIES[name].discrete]
+    tolerance = {name: np.zeros((ny, nx)) for name in smooth}
+    traced |= {"distance"} if smooth else set()
+    exact = Whitted(scene)
+    levers = _levers(exact.geometry)
+    runs = [exact, *(Displaced(scene, declared, levers, k) for k in range(4))]
+    for every in zip(*(tiles(run, traced) for run in runs), strict=True):
+        start, stop, base = every[0]
+        moved = [tile for _, _, tile in every[1:]]
+        movement = {name: _movement(base[name], [m[name] for m in moved]) for name in smooth}
+        bases = _bases(base, declared, exact.geometry, levers)
+        for name in names:
+            quantity = QUANTITIES[name]
+            value = base[name]
+            frame[name].reshape(ny * nx, -1)[start:stop] = value.reshape(-1, stop - start).T
+            agreed = [link for link in _CHAIN[name]] + ([name] if quantity.discrete else [])
+            stable = np.ones(stop - start, dtype=np.bool_)
+            for link in agreed:
+                for other in moved:
+                    stable &= base[link] == other[link]
+            certain[name].reshape(-1)[start:stop] = stable
+            if name in tolerance:
+                allowed = bases[name] + KAPPA * movement[name]
+                tolerance[name].reshape(-1)[start:stop] = allowed
+    return Frame(frame, frame_meta(scene)), Stability(certain, tolerance)
+
+
+class Displaced(Whitted):
+    """The lecture's algorithm with every ray moved sideways by √2·δ, in direction k of four.
+
+    Parameters
+    ----------
+    scene : Scene
+    declared : Declared
+    levers : Levers
+    k : int
+        0…3: the direction around each ray. Number 0 also answers with runners-up.
+    """
+
+    def __init__(self, scene: Scene, declared: Declared, levers: Levers, k: int) -> None:
+        super().__init__(scene)
+        self.declared, self.levers, self.k = declared, levers, k
+        self.step = 2.0**0.5 * declared.delta
+
+    def primary_origin(self, d: Floats) -> Floats:
+        """The observer, moved sideways."""
+        return super().primary_origin(d) + self.step * sideways(d, self.k)
+
+    def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
+        """Where the other renderer starts, moved sideways."""
+        start, origin = self.declared.start, points.M
+        t0 = self.epsilon
+        if isinstance(start, NormalOffset):
+            origin, t0 = _off_surface(points, direction, start), 0.0
+        elif isinstance(start, AlongRay):
+            t0 = start.length
+        return origin + self.step * sideways(direction, self.k), t0
+
+    def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
+        """Facets tilted by what their vertices' rounding turns them, spheres by the angle's."""
+        tilt = self.declared.angle + _facet_tilt(hits, self.geometry, self.levers, self.declared)
+        return unit(normal + tilt * sideways(normal, self.k))
+
+    def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
+        """The first hits; in one direction of four the runner-up where it is within the error."""
+        hits = super().first_hits(P0, d, t0)
+        if self.k == 0:
+            self._swap_contested(P0, d, t0, hits)
+        return hits
+
+    def _swap_contested(self, P0: Floats, d: Floats, t0: float, hits: Hits) -> None:
+        points = self.points(P0, d, hits)
+        rays = points.rays
+        d = d[:, rays]
+        slope = np.maximum(np.abs(dot(points.normal, points.delta)), 2.0**-20)
+        gap = 2.0 * self.step / slope / norm(d)
+        t = points.hits.t
+        other = nearest(
+            self.geometry, self.rules, P0[:, rays], d, np.maximum(t - gap, t0), t + gap, points.hits
+        )
+        contested = np.flatnonzero(other.object >= 0)
+        hits.put(rays[contested], other.take(contested))
+
+
+def sideways(d: Floats, k: int) -> Floats:
+    """The k-th of four unit vectors (3, n) perpendicular to d (3, n), a quarter turn apart."""
+    axis = np.zeros_like(d)
+    np.put_along_axis(axis, np.abs(d).argmin(axis=0)[None], 1.0, axis=0)
+    first = unit(cross(d, axis))
+    chosen = first if k % 2 == 0 else unit(cross(d, first))
+    return chosen if k < 2 else -chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Levers:
+    """Lengths over which an error turns a surface: radius of spheres, least height of facets."""
+
+    radius: Floats
+    facets: Floats
+    polygons: tuple[Floats, ...]
+
+    def at(self, hits: Hits, geometry: Geometry) -> Floats:
+        """The lever (n,) at each hit; +inf where nothing is hit."""
+        lever = np.full(hits.object.shape, np.inf)
+        on = np.flatnonzero(hits.object >= 0)
+        kind, first = geometry.kind[hits.object[on]], geometry.first[hits.object[on]]
+        face = hits.triangle[on]
+        lever[on[kind == Kind.SPHERE]] = self.radius[first[kind == Kind.SPHERE]]
+        flat = kind == Kind.TRIANGLES
+        lever[on[flat]] = self.facets[first[flat] + face[flat]]
+        for number, heights in enumerate(self.polygons):
+            here = (kind == Kind.POLYGON) & (first == number)
+            lever[on[here]] = heights[face[here]]
+        return lever
+
+
+def _levers(geometry: Geometry) -> Levers:
+    tri = geometry.triangles
+    return Levers(
+        geometry.spheres.radius,
+        _least_height(tri.a, tri.b, tri.c, tri.N),
+        tuple(_least_height(*p.facets.corners, p.facets.edge_normals) for p in geometry.polygons),
+    )
+
+
+def _least_height(a: Floats, b: Floats, c: Floats, N: Floats) -> Floats:
+    """Twice the area over the longest edge, (m,); 0 where degenerate."""
+    longest = np.maximum(np.maximum(norm(b - a), norm(c - b)), norm(a - c))
+    height: Floats = norm(N) / np.where(longest > 0, longest, 1.0)
+    return height
+
+
+def _facet_tilt(hits: Hits, geometry: Geometry, levers: Levers, declared: Declared) -> Floats:
+    """The angle (n,) by which moving a facet's vertices can turn it; 0 on spheres."""
+    flat = geometry.kind[hits.object] != Kind.SPHERE
+    return np.where(flat, 2.0**0.5 * declared.vertex / levers.at(hits, geometry), 0.0)
+
+
+def _off_surface(points: Points, direction: Floats, start: NormalOffset) -> Floats:
+    center = np.array(start.center).reshape(3, 1)
+    there = np.abs(start.scale * (points.M - center)).max(axis=0)
+    offset = start.factor * (1.0 + there) / start.scale
+    return points.M + np.copysign(offset, dot(points.normal, direction)) * points.normal
+
+
+def _movement(base: Array, moved: list[Array]) -> Floats:
+    """Largest change (n,) from the base, Euclidean for vectors; 0 where either is no number."""
+    largest = np.zeros(base.shape[-1])
+    for other in moved:
+        with np.errstate(invalid="ignore"):
+            change = np.abs(other - base) if base.ndim == 1 else np.sqrt(((other - base) ** 2).sum(0))
+        largest = np.maximum(largest, np.where(np.isfinite(change), change, 0.0))
+    return largest
+
+
+def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -> dict[str, Floats]:
+    """The part (n,) of each tolerance that is there when nothing moves.
+
+    δ along the ray for a length; for a ratio, δ over the length it is measured in; for a normal, δ
+    over the local radius of curvature, or the vertices' error over a facet's height, and the
+    rounding of a unit vector.
+    """
+    n = len(base["object"])
+    nan = np.full(n, np.nan)
+    hits = Hits(base["t"], base["object"], base["triangle"], nan, nan)
+    lever = levers.at(hits, geometry)
+    length = np.full(n, declared.delta)
+    per_t = np.divide(base["t"], base["distance"], out=np.zeros(n), where=base["hit"])
+    flat = np.isin(base["object"], np.flatnonzero(geometry.kind != Kind.SPHERE))
+    turn = declared.angle + np.where(flat, 2.0**0.5 * declared.vertex, declared.delta) / lever
+    angle = np.full(n, 2.0 * declared.angle)
+    shade = np.abs(base["color"]).max(axis=0) if "color" in base else np.zeros(n)
+    return {
+        "ray": np.full(n, declared.angle),
+        "t": declared.delta * per_t,
+        "depth": length,
+        "distance": length,
+        "position": length,
+        "barycentric": declared.delta / lever,
+        "normal": turn,
+        "reflection": angle,
+        "reflection_t": length,
+        "refraction": angle,
+        "refraction_t": length,
+        "color": declared.color * np.maximum(shade, 1e-6),
+        "alpha": np.full(n, declared.color),
+    }

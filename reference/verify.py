@@ -1,0 +1,252 @@
+"""Render scenes with minirt and with references, compare, and say how each cell ended."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from converters.frames import read_frame, write_frame
+from minirt.errors import MinirtError
+from minirt.frame import Frame
+from minirt.quantities import QUANTITIES
+from minirt.scene import Scene
+from reference.compare import Check, Comparison, State, compare, without_answer
+from reference.isolate import Job, Workers
+from reference.source import Declared, Reference, Unsupported
+from reference.stability import Stability, measure
+
+#: Seconds that a reference may take for one scene.
+TIMEOUT = 300.0
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """All that is known about one scene against one reference, while the arrays are at hand."""
+
+    scene: Scene
+    reference: str
+    ours: Frame
+    theirs: Frame
+    stability: Stability
+    comparison: Comparison
+
+
+#: Makes something small for a report of the evidence; runs in a child process: must be picklable.
+Digest = Callable[[Evidence], Any]
+
+
+@dataclass(frozen=True)
+class ReferenceResult:
+    """One scene against one reference.
+
+    Attributes
+    ----------
+    reference, program : str
+        Its name, and what really ran.
+    checks : tuple of Check
+        One a quantity.
+    declared : Declared or None
+        How it errs on this scene; None where it did not run.
+    seconds : float
+        Of its own rendering.
+    output : str
+        Its last output, where it crashed, timed out or failed.
+    digest : object
+        What the caller's `Digest` made of the evidence; None where there is none.
+    """
+
+    reference: str
+    program: str
+    checks: tuple[Check, ...]
+    declared: Declared | None = None
+    seconds: float = 0.0
+    output: str = ""
+    digest: Any = None
+
+
+@dataclass(frozen=True)
+class SceneResult:
+    """One scene against every reference; `seconds` and `peak_memory` (bytes) are minirt's own."""
+
+    scene: Scene
+    references: tuple[ReferenceResult, ...]
+    seconds: float = 0.0
+    peak_memory: int = 0
+
+
+@dataclass(frozen=True)
+class _Answered:
+    """What a reference's job hands back; its frame travels in a file."""
+
+    reference: str
+    declared: Declared
+    frame: str
+    unsupported: dict[str, str]
+    program: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    """What judging one scene hands back."""
+
+    comparisons: dict[str, tuple[tuple[Check, ...], Any]]
+    seconds: float
+    peak_memory: int
+
+
+def verify(
+    scenes: Sequence[Scene],
+    references: Sequence[Reference],
+    jobs: int = 2,
+    digest: Digest | None = None,
+    timeout: float = TIMEOUT,
+    quantities: Iterable[str] = tuple(QUANTITIES),
+) -> Iterator[SceneResult]:
+    """Compare minirt with references on scenes; yield each scene's result when it is known.
+
+    Every reference runs in a child process: one that aborts, hangs or is missing costs its own
+    cells only. minirt runs in children of its own, which no renderer's library ever enters.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+    references : sequence of Reference
+    jobs : int
+        Processes of each kind.
+    digest : callable, optional
+        Called in a child with each `Evidence`; its answer travels in the result.
+    timeout : float
+        Seconds a reference may take for one scene.
+    quantities : iterable of str
+        What to compare.
+
+    Yields
+    ------
+    SceneResult
+        In the order of `scenes`.
+    """
+    names = tuple(quantities)
+    with (
+        TemporaryDirectory(prefix="minirt-") as scratch,
+        Workers(jobs) as theirs,
+        Workers(jobs) as ours,
+    ):
+        started = [
+            (scene, _start(scene, references, theirs, Path(scratch) / str(k), timeout))
+            for k, scene in enumerate(scenes)
+        ]
+        judging: deque[tuple[Scene, list[ReferenceResult | _Answered], Job]] = deque()
+        for scene, renderings in started:
+            ended = [_ended(reference, job, scene, names) for reference, job in renderings]
+            answers = tuple(e for e in ended if isinstance(e, _Answered))
+            judging.append((scene, ended, ours.submit(None, judge, scene, answers, names, digest)))
+            while judging and judging[0][2].future.done():
+                yield _result(*judging.popleft(), names)
+        while judging:
+            yield _result(*judging.popleft(), names)
+
+
+def judge(
+    scene: Scene, answers: Sequence[_Answered], names: tuple[str, ...], digest: Digest | None
+) -> _Verdict:
+    """Compare the references' frames of one scene with minirt's. Runs in a child process.
+
+    References that declare the same error share one measurement of stability.
+    """
+    start = time.perf_counter()
+    comparisons = {}
+    measured: dict[Declared, tuple[Frame, Stability]] = {}
+    for answer in answers:
+        error = replace(answer.declared, derivation="")
+        if error not in measured:
+            measured[error] = measure(scene, error, names)
+        ours, stability = measured[error]
+        theirs = read_frame(answer.frame)
+        comparison = compare(scene, ours, stability, theirs, answer.unsupported)
+        name = answer.reference
+        evidence = Evidence(scene, name, ours, theirs, stability, comparison)
+        comparisons[name] = (comparison.checks, digest(evidence) if digest else None)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return _Verdict(comparisons, time.perf_counter() - start, peak)
+
+
+def _start(
+    scene: Scene, references: Sequence[Reference], workers: Workers, folder: Path, timeout: float
+) -> list[tuple[Reference, Job | None]]:
+    """Hand one scene to every reference that is not missing."""
+    started: list[tuple[Reference, Job | None]] = []
+    for reference in references:
+        if reference.missing():
+            started.append((reference, None))
+            continue
+        room = folder / reference.name
+        room.mkdir(parents=True)
+        started.append((reference, workers.submit(timeout, render_by, reference, scene, room)))
+    return started
+
+
+def render_by(reference: Reference, scene: Scene, room: Path) -> _Answered:
+    """A reference's answer to a scene, its frame in a file. Runs in a child process."""
+    start = time.perf_counter()
+    rendering = reference.render(scene, room)
+    seconds = time.perf_counter() - start
+    path = room / "frame.npz"
+    write_frame(rendering.frame, path)
+    return _Answered(
+        reference.name,
+        reference.declare(scene),
+        str(path),
+        dict(rendering.unsupported),
+        rendering.program,
+        seconds,
+    )
+
+
+def _ended(
+    reference: Reference, job: Job | None, scene: Scene, names: tuple[str, ...]
+) -> ReferenceResult | _Answered:
+    """The answer of a reference, or how it failed to give one."""
+    if job is None:
+        return _unanswered(reference, names, "missing", reference.missing() or "")
+    outcome = job.outcome()
+    if outcome.state == "done":
+        answered: _Answered = outcome.value
+        return answered
+    if isinstance(outcome.value, Unsupported):
+        return _unanswered(reference, names, "not supported", str(outcome.value))
+    state: State = "timed out" if outcome.state == "timed out" else "crashed"
+    return _unanswered(reference, names, state, outcome.reason, outcome.output)
+
+
+def _unanswered(
+    reference: Reference, names: tuple[str, ...], state: State, reason: str, output: str = ""
+) -> ReferenceResult:
+    checks = without_answer(names, state, reason)
+    return ReferenceResult(reference.name, reference.name, checks, output=output)
+
+
+def _result(
+    scene: Scene, ended: list[ReferenceResult | _Answered], job: Job, names: tuple[str, ...]
+) -> SceneResult:
+    outcome = job.outcome()
+    if outcome.state != "done":
+        raise MinirtError(
+            "minirt itself failed", where=scene.name, got=outcome.reason + "\n" + outcome.output
+        )
+    verdict: _Verdict = outcome.value
+    results = []
+    for entry in ended:
+        if isinstance(entry, _Answered):
+            checks, digest = verdict.comparisons[entry.reference]
+            entry = ReferenceResult(
+                entry.reference, entry.program, checks, entry.declared, entry.seconds, "", digest
+            )
+        results.append(entry)
+    return SceneResult(scene, tuple(results), verdict.seconds, verdict.peak_memory)
