@@ -92,16 +92,16 @@ def _halves(order: Index, start: int, stop: int, middle: Floats) -> list[tuple[i
     return [(start, start + half), (start + half, stop)]
 
 
-def visit(tree: Tree, P0: Floats, d: Floats, limit: Floats) -> Iterator[tuple[Index, Leaf]]:
+def visit(tree: Tree, P0: Floats, inverse: Floats, limit: Floats) -> Iterator[tuple[Index, Leaf]]:
     """Yield (rays, leaf) for every leaf that some rays may hit something in before their limit.
 
     Parameters
     ----------
-    P0, d : (3, n) float64
+    P0, inverse : (3, n) float64
+        Origins, and the `reciprocal` of the directions.
     limit : (n,) float64
         Largest t of interest for each ray; the caller may lower it between two steps.
     """
-    inverse = _reciprocal(d)
     pad = _padding(P0, tree.reach)
     stack: list[tuple[Node | Leaf, Index, Floats | None]] = [
         (tree.root, np.arange(P0.shape[1]), None)
@@ -124,10 +124,12 @@ def visit(tree: Tree, P0: Floats, d: Floats, limit: Floats) -> Iterator[tuple[In
                 stack.append((node.children[child], rays[chosen], near[chosen, child]))
 
 
-def may_meet(P0: Floats, d: Floats, limit: Floats, lower: Floats, upper: Floats) -> Index:
+def may_meet(
+    P0: Floats, inverse: Floats, limit: Floats, lower: Floats, upper: Floats
+) -> Index:
     """Numbers of the rays that may hit something in one box, corners (3, 1), before their limit."""
     pad = _padding(P0, float(max(np.abs(lower).max(), np.abs(upper).max())))
-    near, far = _box_span(P0, _reciprocal(d), lower - pad, upper + pad)
+    near, far = _box_span(P0, inverse, lower - pad, upper + pad)
     near, far = near[:, 0], far[:, 0]
     return np.flatnonzero((near <= _beyond(far)) & (far >= 0) & (near <= _beyond(limit)))
 
@@ -145,7 +147,8 @@ def _box_span(
     return np.maximum(np.maximum(x0, y0), z0), np.minimum(np.minimum(x1, y1), z1)
 
 
-def _reciprocal(d: Floats) -> Floats:
+def reciprocal(d: Floats) -> Floats:
+    """1/d by component, finite where a component is zero."""
     return 1.0 / np.where(np.abs(d) < _FLAT, np.copysign(_FLAT, d), d)
 
 

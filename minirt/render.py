@@ -14,7 +14,7 @@ from minirt.scene import Scene
 from minirt.screen import image_pixels
 from minirt.vectors import Floats, norm
 from minirt.version import __version__
-from minirt.whitted import Branch, Points, Whitted
+from minirt.whitted import Branch, Onward, Points, Whitted, refractive
 
 #: Pixels traced together: bounds the working memory whatever the image's size.
 TILE = 16_384
@@ -141,19 +141,23 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
         "normal": _scatter(points, points.normal, n, "normal"),
         "alpha": _scatter(points, points.material.alpha, n, "alpha"),
     }
-    if "shadow" in wanted:
-        dark = whitted.shadow(points).astype(np.int8)
-        tile["shadow"] = _scatter(points, dark, n, "shadow")
+    colored = not wanted.isdisjoint({"color", SIGNATURE})
+    dark = reflected = refracted = None
+    if colored or "shadow" in wanted:
+        dark = whitted.shadow(points)
+        tile["shadow"] = _scatter(points, dark.astype(np.int8), n, "shadow")
     if wanted & _REFLECTION:
-        tile.update(_branch_tile("reflection", points, whitted.reflected(points), n))
+        reflected = whitted.reflected(points)
+        tile.update(_branch_tile("reflection", points, reflected, n))
     if wanted & _REFRACTION:
-        some = points.take(np.flatnonzero(~np.isnan(points.material.ior)))
-        branch = whitted.refracted(some)
-        tile.update(_branch_tile("refraction", some, branch, n))
-        total = np.isnan(branch.direction[0]).astype(np.int8)
+        some = points.take(refractive(points))
+        refracted = whitted.refracted(some)
+        tile.update(_branch_tile("refraction", some, refracted, n))
+        total = np.isnan(refracted.direction[0]).astype(np.int8)
         tile["tir"] = _scatter(some, total, n, "tir")
-    if wanted & {"color", SIGNATURE}:
-        tile["color"], tile[SIGNATURE] = whitted.color(P0, d, hits)
+    if colored:
+        onward = Onward(dark, reflected, refracted)
+        tile["color"], tile[SIGNATURE] = whitted.color_of(points, n, onward=onward)
     return tile
 
 

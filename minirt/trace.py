@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.bvh import Index, Tree, may_meet, visit
+from minirt.bvh import Index, Tree, may_meet, reciprocal, visit
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import SLIDES, Rules
 from minirt.shapes.triangle import Meeting
@@ -16,6 +16,8 @@ from minirt.vectors import Bools, Floats, Ints
 
 #: Ray–primitive pairs in one pass: the kernels' temporaries then stay in a few megabytes.
 _PAIRS = 65_536
+#: A limit below every t: of a ray whose question is answered.
+_ANSWERED = -1e300
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +98,7 @@ class _Query:
     ) -> None:  # fmt: skip
         n = P0.shape[1]
         self.geometry, self.rules, self.P0, self.d = geometry, rules, P0, d
+        self.inverse = reciprocal(d)
         self.t0 = np.broadcast_to(np.asarray(t0, dtype=np.float64), (n,))
         self.t1 = np.broadcast_to(np.asarray(t1, dtype=np.float64), (n,))
         self.any_hit, self.other_than = any_hit, other_than
@@ -120,7 +123,7 @@ class _Query:
 
     def _walk(self, tree: Tree, test: _Test) -> None:
         if self._culls():
-            for rays, leaf in visit(tree, self.P0, self.d, self.limit):
+            for rays, leaf in visit(tree, self.P0, self.inverse, self.limit):
                 self._pairs(rays, tree.order[leaf.start : leaf.stop], test)
         else:
             count, every = len(tree.order), np.arange(self.P0.shape[1])
@@ -172,7 +175,7 @@ class _Query:
     def _polygon(self, polygon: Polygon) -> None:
         rays = np.arange(self.P0.shape[1])
         if self._culls():
-            rays = may_meet(self.P0, self.d, self.limit, polygon.lower, polygon.upper)
+            rays = may_meet(self.P0, self.inverse, self.limit, polygon.lower, polygon.upper)
         if not len(rays):
             return
         facets = polygon.facets
@@ -203,4 +206,4 @@ class _Query:
         )
         chosen = rays[better]
         self.best.put(chosen, found.take(np.flatnonzero(better)))
-        self.limit[chosen] = -np.inf if self.any_hit else found.t[better]
+        self.limit[chosen] = _ANSWERED if self.any_hit else found.t[better]

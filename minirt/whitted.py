@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from minirt.vectors import Bools, Floats, column, dot, norm
 
 Signature = NDArray[np.uint64]
 _PRIME = np.uint64(1099511628211)  # multiplier of the 64-bit FNV hash
+_SALT = np.uint64(0x9E3779B9)  # so that a zero changes the hash too
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +73,25 @@ class Branch:
             self.hits.take(index),
             self.length[index],
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Onward:
+    """What has been traced onward from points already; None where it has not.
+
+    Attributes
+    ----------
+    dark : (n,) bool
+        Whether each point is in shadow.
+    reflected : Branch
+        Of every point.
+    refracted : Branch
+        Of the points whose material has an index, in their order.
+    """
+
+    dark: Bools | None = None
+    reflected: Branch | None = None
+    refracted: Branch | None = None
 
 
 class Whitted:
@@ -179,40 +200,54 @@ class Whitted:
         Two rays of one signature met the same faces, in shadow and light alike, along their whole
         tree of reflected and refracted rays. Source: S7.
         """
-        n = P0.shape[1]
+        return self.color_of(self.points(P0, d, hits), P0.shape[1], generation)
+
+    def color_of(
+        self, points: Points, n: int, generation: int = 0, onward: Onward = Onward()
+    ) -> tuple[Floats, Signature]:
+        """As `color`, for n rays of which some have hit points; `onward` saves tracing again."""
         result = np.broadcast_to(column(self.scene.background), (3, n)).copy()
         signature = np.full(n, generation, dtype=np.uint64)
-        points = self.points(P0, d, hits)
         if len(points.rays):
-            color, path = self._point_color(points, generation)
+            color, path = self._point_color(points, generation, onward)
             result[:, points.rays] = color
             signature[points.rays] = path
         return result, signature
 
-    def _point_color(self, points: Points, generation: int) -> tuple[Floats, Signature]:
-        dark = self.shadow(points)
+    def _point_color(
+        self, points: Points, generation: int, onward: Onward
+    ) -> tuple[Floats, Signature]:
+        dark = self.shadow(points) if onward.dark is None else onward.dark
         path = _mix(points.hits.object, points.hits.triangle, dark)
         material = points.material
         transparent = np.flatnonzero(material.transmittance > 0)
-        through = self.refracted(points.take(transparent))
+        through = self._refracted_of(points, transparent, onward)
         total = np.zeros(len(points.rays), dtype=np.bool_)
         total[transparent] = np.isnan(through.direction[0])
         k_r, k_t = in_total_reflection(material.reflectance, material.transmittance, total)
-        shiny = np.flatnonzero(k_r > 0)
-        if generation == self.scene.max_depth:
-            shiny, transparent = shiny[:0], transparent[:0]
         mirrored, transmitted = np.zeros_like(points.M), np.zeros_like(points.M)
-        if len(shiny):
-            back = self.reflected(points.take(shiny))
-            mirrored[:, shiny], far = self._branch_color(back, generation)
-            path[shiny] = _mix(path[shiny], far)
-        passing = np.flatnonzero(~total[transparent])
-        if len(passing):
-            on = transparent[passing]
-            transmitted[:, on], far = self._branch_color(through.take(passing), generation)
-            path[on] = _mix(path[on], far)
+        if generation < self.scene.max_depth:
+            shiny, passing = np.flatnonzero(k_r > 0), np.flatnonzero(~total[transparent])
+            if len(shiny):
+                back = self._reflected_of(points, shiny, onward)
+                mirrored[:, shiny], far = self._branch_color(back, generation)
+                path[shiny] = _mix(path[shiny], far)
+            if len(passing):
+                on = transparent[passing]
+                transmitted[:, on], far = self._branch_color(through.take(passing), generation)
+                path[on] = _mix(path[on], far)
         local = self._local_color(points, dark)
         return self.rules.combine(local, mirrored, transmitted, k_r, k_t), _mix(path, total)
+
+    def _reflected_of(self, points: Points, some: Index, onward: Onward) -> Branch:
+        if onward.reflected is None:
+            return self.reflected(points.take(some))
+        return onward.reflected.take(some)
+
+    def _refracted_of(self, points: Points, some: Index, onward: Onward) -> Branch:
+        if onward.refracted is None:
+            return self.refracted(points.take(some))
+        return onward.refracted.take(np.searchsorted(refractive(points), some))
 
     def _branch_color(self, branch: Branch, generation: int) -> tuple[Floats, Signature]:
         return self.color(branch.origin, branch.direction, branch.hits, generation + 1)
@@ -229,9 +264,17 @@ class Whitted:
         )
 
 
-def _mix(first: NDArray[np.generic], *others: NDArray[np.generic]) -> Signature:
-    result = first.astype(np.int64).view(np.uint64) if first.dtype != np.uint64 else first
+def refractive(points: Points) -> Index:
+    """Numbers of the points whose material has an index."""
+    return np.flatnonzero(~np.isnan(points.material.ior))
+
+
+def _mix(first: NDArray[Any], *others: NDArray[Any]) -> Signature:
+    result: Signature = _words(first)
     for value in others:
-        word = value if value.dtype == np.uint64 else value.astype(np.int64).view(np.uint64)
-        result = (result ^ (word + np.uint64(0x9E3779B9))) * _PRIME
+        result = (result ^ (_words(value) + _SALT)) * _PRIME
     return result
+
+
+def _words(values: NDArray[Any]) -> Signature:
+    return values.astype(np.uint64) if values.dtype != np.uint64 else values
