@@ -25,7 +25,7 @@ from reference.renderers.mitsuba_world import load_world, run, start
 from reference.source import Declared, Rendering, Unsupported
 
 _NAMES = {"mitsuba-llvm": "llvm_ad_rgb", "mitsuba-scalar": "scalar_rgb"}
-_INSTALL = "pip install 'minirt[reference]'"
+_INSTALL = "pip install 'minirt[mitsuba]'"
 
 
 @dataclass(frozen=True)

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from converters.placement import Placement
-from minirt.quantities import QUANTITIES
-from minirt.scene import Scene, Sphere
+from minirt.scene import Scene
 from minirt.vectors import Bools, Floats, dot, unit
 from reference.renderers import mitsuba_trace as columns
-from reference.renderers.screen_rays import direction_lengths
-
-Arrays = dict[str, NDArray[Any]]
+from reference.renderers.pixel_arrays import PixelArrays, Values, faceted, indexed
 
 
-def frame_arrays(scene: Scene, placement: Placement, answers: Floats) -> Arrays:
+def frame_arrays(scene: Scene, placement: Placement, answers: Floats) -> dict[str, Values]:
     """Every geometric quantity of a frame.
 
     Parameters
@@ -26,48 +20,23 @@ def frame_arrays(scene: Scene, placement: Placement, answers: Floats) -> Arrays:
         Of `mitsuba_trace.primary`, a column a pixel, top row first.
     """
     hit = answers[columns.VALID] == 1
-    direction = answers[columns.DIRECTION]
+    number = np.where(hit, answers[columns.OBJECT], -1).astype(np.int32)
+    triangle = np.where(hit, answers[columns.TRIANGLE], -1).astype(np.int32)
     position = answers[columns.POSITION]
-    distance = _distance(scene, placement, answers)
-    t = distance / direction_lengths(scene.screen)
-    flat = [not isinstance(thing, Sphere) for thing in scene.objects]
-    number = np.where(hit, answers[columns.OBJECT], -1)
-    faceted = hit & np.array([*flat, False])[number.astype(np.int64)]
-    image = _Image(scene)
-    image.put("ray", direction, np.ones_like(hit))
-    image.put("hit", hit, np.ones_like(hit))
-    image.put("object", number, hit)
-    image.put("triangle", np.where(faceted, answers[columns.TRIANGLE], 0), hit)
-    image.put("t", t, hit)
-    image.put("depth", t * abs(scene.screen.nu), hit)
-    image.put("distance", distance, hit)
-    image.put("position", placement.back(position.T).T, hit)
-    image.put("barycentric", answers[columns.UV], faceted)
-    image.put("normal", answers[columns.NORMAL], hit)
-    image.put("shadow", answers[columns.SHADOW], hit)
-    _put_secondary(image, "reflection", answers[columns.REFLECTED], position, hit, placement)
-    indexed = [scene.materials[thing.material].ior is not None for thing in scene.objects]
-    glassy = hit & np.array([*indexed, False])[number.astype(np.int64)]
+    pixels = PixelArrays(scene)
+    pixels.put("ray", answers[columns.DIRECTION], np.ones_like(hit))
+    pixels.put_hits(number, triangle, _distance(scene, placement, answers))
+    pixels.put("position", placement.back(position.T).T, hit)
+    pixels.put("barycentric", answers[columns.UV], faceted(scene, number))
+    pixels.put("normal", answers[columns.NORMAL], hit)
+    pixels.put("shadow", answers[columns.SHADOW], hit)
+    _put_secondary(pixels, "reflection", answers[columns.REFLECTED], position, hit, placement)
+    glassy = indexed(scene, number)
     total = glassy & (answers[columns.TOTAL] == 1)
-    image.put("tir", total, glassy)
+    pixels.put("tir", total, glassy)
     passing = glassy & ~total
-    _put_secondary(image, "refraction", answers[columns.REFRACTED], position, passing, placement)
-    return image.arrays
-
-
-class _Image:
-    """Arrays of a frame, filled where they apply and missing elsewhere."""
-
-    def __init__(self, scene: Scene) -> None:
-        self.arrays: Arrays = {}
-        self._size = scene.screen.ny, scene.screen.nx
-
-    def put(self, name: str, values: NDArray[Any], where: Bools) -> None:
-        """Set a quantity from (n,) or (k, n) values at the pixels `where`, (n,)."""
-        quantity = QUANTITIES[name]
-        array = quantity.missing(*self._size)
-        array.reshape(len(where), -1)[where] = values.reshape(-1, len(where)).T[where]
-        self.arrays[name] = array
+    _put_secondary(pixels, "refraction", answers[columns.REFRACTED], position, passing, placement)
+    return pixels.arrays
 
 
 def _distance(scene: Scene, placement: Placement, answers: Floats) -> Floats:
@@ -80,12 +49,17 @@ def _distance(scene: Scene, placement: Placement, answers: Floats) -> Floats:
 
 
 def _put_secondary(
-    image: _Image, name: str, answers: Floats, position: Floats, where: Bools, placement: Placement
+    pixels: PixelArrays,
+    name: str,
+    answers: Floats,
+    position: Floats,
+    where: Bools,
+    placement: Placement,
 ) -> None:
     """A spawned ray's direction and what it meets, measured from the point where it was spawned."""
     direction = answers[columns.DIRECTION_2]
     offset = dot(answers[columns.ORIGIN_2] - position, direction)
     met = where & (answers[columns.VALID_2] == 1)
-    image.put(name, direction, where)
-    image.put(f"{name}_object", answers[columns.OBJECT_2], met)
-    image.put(f"{name}_t", (offset + answers[columns.T_2]) / placement.scale, met)
+    pixels.put(name, direction, where)
+    pixels.put(f"{name}_object", answers[columns.OBJECT_2], met)
+    pixels.put(f"{name}_t", (offset + answers[columns.T_2]) / placement.scale, met)
