@@ -86,7 +86,9 @@ class Unsupported(Exception):
 class Reference(Protocol):
     """One renderer that minirt is compared with. Picklable; imports its renderer only in `render`."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What it is called, in reports and on the command line."""
 
     def missing(self) -> str | None:
         """Why it cannot run here, with the command that would bring it; None where it can."""

@@ -1,0 +1,59 @@
+"""The renderers that minirt can be compared with, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from minirt.errors import InputError
+from reference.renderers.llvm import find_llvm
+from reference.renderers.mitsuba import MitsubaReference
+from reference.renderers.mitsuba_cli import MitsubaCommand
+from reference.source import Reference
+
+#: Every reference, by its name. None imports its renderer before it renders.
+REFERENCES: dict[str, Reference] = {
+    reference.name: reference
+    for reference in (
+        MitsubaReference("mitsuba-llvm"),
+        MitsubaReference("mitsuba-scalar"),
+        MitsubaCommand(),
+    )
+}
+
+#: The name that stands for whichever of Mitsuba's variants suits this machine.
+MITSUBA = "mitsuba"
+#: Whom to compare with when nothing else is said: both routes through Mitsuba.
+USUAL = (MITSUBA, "mitsuba-cli")
+
+
+def choose_references(names: Iterable[str]) -> tuple[Reference, ...]:
+    """References by their names, each once, in the order asked for.
+
+    ``mitsuba`` is ``mitsuba-llvm`` where a libLLVM that works is found, else ``mitsuba-scalar``.
+
+    Raises
+    ------
+    InputError
+        An unknown name.
+
+    Examples
+    --------
+    >>> [reference.name for reference in choose_references(["mitsuba-cli", "mitsuba-cli"])]
+    ['mitsuba-cli']
+    """
+    chosen = {}
+    for name in names:
+        known = mitsuba_here() if name == MITSUBA else name
+        if known not in REFERENCES:
+            raise InputError(
+                "unknown reference",
+                got=repr(name)[:80],
+                expected=", ".join((*REFERENCES, f"or {MITSUBA}")),
+            )
+        chosen[known] = REFERENCES[known]
+    return tuple(chosen.values())
+
+
+def mitsuba_here() -> str:
+    """Which of Mitsuba's variants in Python suits this machine: the fast one needs a libLLVM."""
+    return "mitsuba-scalar" if find_llvm() is None else "mitsuba-llvm"

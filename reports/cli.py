@@ -1,0 +1,129 @@
+"""The command `minirt`: the list of its commands, and what becomes of errors.
+
+Nothing heavy is imported before it is known which command is wanted, so that ``--help`` is quick.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from reports.cli_doctor import doctor
+from reports.cli_explain import explain
+from reports.cli_export import export
+from reports.cli_render import render
+from reports.cli_scenes import scenes
+from reports.cli_verify import verify
+from reports.console import people, print_json
+
+app = typer.Typer(
+    name="minirt",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+
+for command, example in (
+    (render, "render atlas:glass-ball -o glass-ball.exr"),
+    (explain, "explain atlas:glass-ball --pixel 128 96"),
+    (verify, "verify atlas:glass-ball --reference mitsuba --out report"),
+    (export, "export atlas:glass-ball --to mitsuba -o glass-ball"),
+    (scenes, "scenes glass-ball"),
+    (doctor, "doctor"),
+):
+    app.command(epilog=f"Example: minirt {example}")(command)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"minirt {version('minirt')}")
+        raise typer.Exit
+
+
+@app.callback(
+    epilog="Example: minirt render atlas:glass-ball -o glass-ball.exr\n\n"
+    "Exit status: 0 all passed; 1 a check failed; 2 bad input or usage; "
+    "3 a required reference or program is missing, crashed or timed out."
+)
+def _minirt(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """A ray tracer that follows its lecture rule by rule, and the harness that cross-checks it."""
+
+
+def main() -> None:
+    """Run the command that the process was started with, and end it with its exit status."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command; whatever goes wrong becomes one sentence and an exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        As after the program's name.
+
+    Returns
+    -------
+    int
+        0 all passed; 1 a check failed; 2 bad input or usage; 3 a required reference or program is
+        missing, crashed or timed out; 130 interrupted.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    as_json = "--json" in arguments
+    try:
+        return app(args=list(arguments), prog_name="minirt", standalone_mode=False) or 0
+    except typer.TyperException as error:
+        return _misused(error, as_json)
+    except (KeyboardInterrupt, typer.Abort):
+        return 130
+    except Exception as error:  # nobody is left to be told otherwise
+        return _failed(error, as_json)
+
+
+def _misused(error: typer.TyperException, as_json: bool) -> int:
+    """The command line itself is wrong."""
+    context, text = getattr(error, "ctx", None), error.format_message()
+    if text.startswith("Usage:"):  # nothing was asked for
+        typer.echo(text, err=True)
+        return error.exit_code
+    path = context.command_path if context else "minirt"
+    return _say(text, {"what": text}, f"'{path} --help' shows how", error.exit_code, as_json)
+
+
+def _failed(error: Exception, as_json: bool) -> int:
+    from minirt.errors import MinirtError
+
+    if os.environ.get("MINIRT_DEBUG"):
+        traceback.print_exception(error)
+    if isinstance(error, MinirtError):
+        parts = {name: getattr(error, name) for name in ("what", "where", "got", "expected")}
+        return _say(str(error), parts, "", error.exit_status, as_json)
+    text = f"a mistake in minirt itself: {type(error).__name__}: {error}"
+    hint = "MINIRT_DEBUG=1 shows where; please report it"
+    return _say(text, {"what": text}, hint, 3, as_json)
+
+
+def _say(text: str, parts: dict[str, str], hint: str, status: int, as_json: bool) -> int:
+    console = people()
+    console.print("error:", style="bold red", end=" ")
+    console.print(text, soft_wrap=True)
+    if hint:
+        console.print(hint, style="dim", soft_wrap=True)
+    if as_json:
+        print_json({"error": parts, "exit_status": status})
+    return status

@@ -1,0 +1,74 @@
+"""`minirt verify`: minirt against reference renderers, on many scenes."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from reports.console import Json, RequireOption, names_in, people, print_json, progress
+
+if TYPE_CHECKING:
+    from reference.source import Reference
+
+
+def verify(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
+    ] = None,
+    reference: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Renderers to compare with, separated by commas: mitsuba-llvm, mitsuba-scalar, "
+            "mitsuba-cli, or mitsuba for the first that works; without it mitsuba,mitsuba-cli. "
+            "What is named here is required.",
+        ),
+    ] = "",
+    require: RequireOption = "",
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Where the reports go.")
+    ] = Path("report"),
+    jobs: Annotated[
+        int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
+    ] = len(os.sched_getaffinity(0)),
+    timeout: Annotated[
+        int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
+    ] = 300,
+    json: Json = False,
+) -> None:
+    """Compare minirt with reference renderers.
+
+    Renders every scene here and there, compares every quantity and leaves a report.
+    """
+    from minirt import load_scene
+    from minirt.scene import atlas_names
+    from reports.record import results_document
+    from reports.run import run_verify
+    from reports.terminal import print_run
+
+    chosen, required = _references(names_in(reference), names_in(require))
+    loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
+    with progress("verify") as tell:
+        done = iter(range(1, len(loaded) + 1))
+        run = run_verify(
+            loaded, chosen, out, jobs, required,
+            lambda _, total: tell(next(done), total), timeout=timeout,
+        )  # fmt: skip
+    print_run(run, people())
+    if json:
+        print_json(results_document(run))
+    raise typer.Exit(run.exit_status)
+
+
+def _references(
+    named: list[str], required: list[str]
+) -> tuple[tuple[Reference, ...], tuple[str, ...]]:
+    """Whom to compare with, and the names of those that must answer."""
+    from reference.registry import USUAL, choose_references
+
+    must = tuple(each.name for each in choose_references([*named, *required]))
+    return choose_references([*(named or USUAL), *must]), must

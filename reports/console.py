@@ -1,0 +1,123 @@
+"""What goes to which stream: answers to standard output, all else to standard error.
+
+Colours and progress bars appear on a terminal only, and no colours where ``NO_COLOR`` is set.
+A reader that has gone away (``| head``) ends nothing and is no error.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+#: Columns of an answer that goes into a file or a pipe.
+_WIDTH = 100
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else.")
+]
+SceneArgument = Annotated[
+    str, typer.Argument(help="A scene's JSON file, - for standard input, or atlas:NAME.")
+]
+
+RequireOption = Annotated[
+    str,
+    typer.Option(
+        "--require", metavar="NAMES", envvar="MINIRT_REQUIRE",
+        help="References that must be there and work, separated by commas; else exit status 3.",
+    ),
+]  # fmt: skip
+
+
+def names_in(text: str) -> list[str]:
+    """The names in a list that is separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def answers() -> Console:
+    """Where a command's answer goes that was not asked for as JSON."""
+    return _console(sys.stdout)
+
+
+def people() -> Console:
+    """Where progress, remarks and errors go."""
+    return _console(sys.stderr)
+
+
+def print_json(document: Any) -> None:
+    """Print one JSON document on standard output; it must hold no NaN and no infinity."""
+    with _reader(sys.stdout):
+        text = json.dumps(document, indent=2, allow_nan=False)
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on a terminal, nothing elsewhere; yields what is to be told (done, total)."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    console = people()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=None),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON can hold it: records as objects, NaN and infinities as strings."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and value - value != 0:
+        return str(value)
+    return value
+
+
+def _console(stream: TextIO) -> Console:
+    from rich.console import Console
+
+    class Quiet(Console):
+        def on_broken_pipe(self) -> None:
+            _let_go(stream)
+
+    return Quiet(
+        file=stream,
+        color_system=None if os.environ.get("NO_COLOR") else "auto",
+        highlight=False,
+        markup=False,
+        emoji=False,
+        width=None if stream.isatty() else _WIDTH,
+    )
+
+
+@contextmanager
+def _reader(stream: TextIO) -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        _let_go(stream)
+
+
+def _let_go(stream: TextIO) -> None:
+    """What is still to be written to the stream goes nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    with suppress(OSError):
+        os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
