@@ -14,11 +14,11 @@ from minirt.errors import InputError
 from minirt.every_hit import every_hit
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
-from minirt.shapes.plane import plane_t
+from minirt.shapes.plane import edge_normal, plane_t
 from minirt.shapes.polygon import PolygonHits, fan, polygon_fault, polygon_hit, polygon_normal
 from minirt.shapes.sphere import sphere_roots
 from minirt.shapes.triangle import Meeting, TriangleHits, triangle_hit
-from minirt.vectors import Floats, Ints, edge_normal
+from minirt.vectors import Floats, Ints
 from minirt.whitted import Whitted
 
 

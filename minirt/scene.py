@@ -31,8 +31,9 @@ from minirt.schema import (
 )
 from minirt.screen import VirtualScreen
 from minirt.shapes.mesh import read_mesh, transform_points
+from minirt.shapes.plane import edge_normal
 from minirt.shapes.polygon import fan, polygon_fault, polygon_normal
-from minirt.vectors import Floats, Ints, dot, edge_normal, norm
+from minirt.vectors import Floats, Ints, dot, norm
 
 #: Largest scene file that is read, in bytes.
 MAX_SCENE_BYTES = 256 * 2**20

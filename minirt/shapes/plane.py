@@ -1,10 +1,11 @@
-"""S10: the plane of a polygon (E7: the slide says 'of the triangle')."""
+"""S9, S10: the plane of a triangle or a polygon (E7: the slide says 'of the triangle')."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from minirt.vectors import Floats, dot, unit
+from minirt.compensated import pair_cross, two_difference
+from minirt.vectors import Floats, dot, norm, unit
 
 #: The rounding error of d·p is at most this share of |d₁p₁| + |d₂p₂| + |d₃p₃|: half an ulp for p's
 #: components, half for each product, one for the two sums. Below it the ray is parallel.
@@ -37,3 +38,29 @@ def plane_t(P0: Floats, d: Floats, P1: Floats, p: Floats) -> Floats:
 def plane_normal(p: Floats) -> Floats:
     """The unit normal s of a plane on the side of the right-hand rule. Source: S9, S10."""
     return unit(p)
+
+
+def edge_normal(a: Floats, b: Floats, c: Floats) -> Floats:
+    """(b − a) × (c − a) with each component correct to about one ulp.
+
+    Plain float64 loses the digits of needles and caps: with edges that are nearly parallel the
+    two products of a component cancel. Edges and products are therefore carried with their
+    rounding errors, which leaves an error near 2⁻¹⁰² of the product of the edge lengths. What is
+    smaller than 2⁻⁹⁰ of it cannot be told from zero and is returned as zero: a degenerate triangle.
+
+    Parameters
+    ----------
+    a, b, c : (3, n) float64
+        Vertices in scene units.
+
+    Returns
+    -------
+    (3, n) float64
+        Twice the area times the unit normal of the right-hand rule; zero where degenerate.
+
+    Source: S9.
+    """
+    e, f = two_difference(b, a), two_difference(c, a)
+    normal = pair_cross(e, f)[0]
+    normal[:, norm(normal) <= norm(e[0]) * norm(f[0]) * 2.0**-90] = 0.0
+    return normal

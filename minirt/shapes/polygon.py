@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from minirt.shapes.close_calls import within_span
 from minirt.shapes.triangle import Meeting, TriangleHits
 from minirt.vectors import Floats, Ints, dot, norm
 
@@ -47,6 +48,8 @@ def polygon_hit(
 ) -> PolygonHits:
     """Meet the plane (S10), then ask the fan's triangles in turn (S9) which one holds the point.
 
+    Seen so nearly edge-on that the plane's t says nothing, t is that triangle's.
+
     Parameters
     ----------
     P0, d : (3, n) float64
@@ -70,13 +73,15 @@ def polygon_hit(
         one = slice(k, k + 1)
         meeting = triangle(P0, d, a[:, one], b[:, one], c[:, one], fan_normals[:, one])
         held = (meeting.case == Meeting.INSIDE) & (index < 0)
+        t = np.where(held & np.isinf(t), meeting.t, t)
+        t = within_span(t, held, P0, d, a[:, one], b[:, one], c[:, one], p)
         index[held] = k
         beta[held], gamma[held] = meeting.beta[held], meeting.gamma[held]
     return PolygonHits(np.where(index >= 0, t, np.inf), index, beta, gamma)
 
 
 def polygon_normal(fan_normals: Floats) -> Floats:
-    """p: the sum of the fan's normals, (3, 1); the polygon is planar, so they only differ in length."""
+    """p: the sum of the fan's normals, (3, 1); in a plane they differ in length only."""
     total = np.zeros((3, 1))
     for k in range(fan_normals.shape[1]):
         total += fan_normals[:, k : k + 1]
@@ -109,5 +114,6 @@ def polygon_fault(vertices: Floats, fan_normals: Floats) -> str | None:
     turn = dot(np.cross(behind, ahead, axis=0), s)
     reach = np.maximum(norm(ahead), norm(behind))
     if (turn < -slack * reach).any() or (dot(fan_normals, s) < -slack * size).any():
-        return f"the polygon is not convex, or turns more than once: see vertex {int(turn.argmin())}"
+        corner = int(turn.argmin())
+        return f"the polygon is not convex, or turns more than once: see vertex {corner}"
     return None

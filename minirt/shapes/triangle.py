@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from minirt.shapes.close_calls import edge_on_t, edge_volumes, slack, within_span
 from minirt.shapes.plane import plane_t
-from minirt.vectors import Floats, Ints, cross, dot
+from minirt.vectors import Bools, Floats, Ints, cross, dot
 
 
 class Meeting(IntEnum):
@@ -38,15 +39,14 @@ class TriangleHits(NamedTuple):
     case: Ints
 
 
-def triangle_hit(
-    P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats, N: Floats
-) -> TriangleHits:
+def triangle_hit(P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats, N: Floats) -> TriangleHits:
     """Solve S9's equation (3) for t, β, γ.
 
-    The weights are Cramer's quotients of volumes spanned by d and the triangle's edges as seen
-    from P0. Written with sum and difference of an edge's ends, the volume of a shared edge has
-    exactly opposite signs for its two triangles, so that no ray slips between them. t is the
-    plane's (S10), with a normal that is correct to an ulp for needles too.
+    The weights are Cramer's quotients of volumes that d spans with two edges seen from P0. Where
+    rounding could turn a volume's sign it is computed again with 106 bits, so that the triangle
+    decides as exact arithmetic would, and a ray on a shared edge or vertex counts for all the
+    triangles that share it: none slips through. t is the plane's (S10), measured from the vertex
+    of the largest weight, so that large triangles keep the digits of what happens near a corner.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def triangle_hit(
     a, b, c : (3, n) or (3, 1) float64
         Vertices.
     N : (3, n) or (3, 1) float64
-        `minirt.vectors.edge_normal` of a, b, c; zero says degenerate.
+        `minirt.shapes.plane.edge_normal` of a, b, c; zero says degenerate.
 
     Returns
     -------
@@ -63,23 +63,44 @@ def triangle_hit(
 
     Source: S9, E3.
     """
-    A, B, C = a - P0, b - P0, c - P0
-    weight_a = dot(d, cross(B + C, b - c))
-    weight_b = dot(d, cross(C + A, c - a))
-    weight_c = dot(d, cross(A + B, a - b))
-    total = weight_a + weight_b + weight_c
-    t = plane_t(P0, d, a, N)
+    weights, inside = _weights(P0, d, a, b, c)
+    w_a, w_b, w_c = weights
+    t = plane_t(P0, d, _heaviest(weights, a, b, c), N)
+    t = edge_on_t(t, inside, weights, P0, d, a, b, c, N)
+    t = within_span(t, inside, P0, d, a, b, c, N)
+    total = w_a + w_b + w_c
     none = np.isinf(t) | (total == 0)
     total = np.where(none, 1.0, total)
-    inside = ((weight_a >= 0) & (weight_b >= 0) & (weight_c >= 0)) | (
-        (weight_a <= 0) & (weight_b <= 0) & (weight_c <= 0)
-    )
     case = np.where(none, Meeting.NONE, np.where(inside, Meeting.INSIDE, Meeting.OUTSIDE))
     return TriangleHits(
         np.where(none, np.inf, t),
-        np.where(none, np.nan, weight_b / total),
-        np.where(none, np.nan, weight_c / total),
+        np.where(none, np.nan, w_b / total),
+        np.where(none, np.nan, w_c / total),
         case.astype(np.int32),
     )
 
 
+def _weights(
+    P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats
+) -> tuple[tuple[Floats, Floats, Floats], Bools]:
+    """1−β−γ, β, γ, all times one number, and whether they have one sign: inside the triangle."""
+    A, B, C = a - P0, b - P0, c - P0
+    w_a = dot(d, cross(B + C, b - c))
+    w_b = dot(d, cross(C + A, c - a))
+    w_c = dot(d, cross(A + B, a - b))
+    least = np.minimum(np.minimum(w_a, w_b), w_c)
+    most = np.maximum(np.maximum(w_a, w_b), w_c)
+    error = slack(P0, d, a, b, c)
+    inside = (least > error) | (most < -error)
+    close = np.nonzero(~inside & ~((least < -error) & (most > error)))
+    if len(close[0]):
+        w_a[close], w_b[close], w_c[close] = edge_volumes(close, P0, d, a, b, c)
+        some = np.stack((w_a[close], w_b[close], w_c[close]))
+        inside[close] = (some >= 0).all(axis=0) | (some <= 0).all(axis=0)
+    return (w_a, w_b, w_c), inside
+
+
+def _heaviest(weights: tuple[Floats, Floats, Floats], a: Floats, b: Floats, c: Floats) -> Floats:
+    """The vertex with the largest weight, (3, n)."""
+    x, y, z = (np.abs(w) for w in weights)
+    return np.where((x >= y) & (x >= z), a, np.where(y >= z, b, c))
