@@ -1,0 +1,445 @@
+"""The kernels' t against exact arithmetic: at most 4 ulp × condition number.
+
+An ulp is 2⁻⁵² relative. The condition number of t with respect to its inputs x_i (the numbers in
+P0, d and in C, R or the vertices) is the componentwise relative one,
+
+    κ = 1 + Σ |∂t/∂x_i · x_i| / |t|,
+
+where 1 stands for the rounding of t itself: the factor by which relative changes of the inputs
+come out in t, so that no algorithm on rounded inputs can promise less than about κ ulp. The
+derivatives come from the implicit function theorem, from the exact solution, in 400-bit mpmath:
+
+* sphere, F = |M − C|² − R² at M = P0 + t·d, with n = M − C: ∂t/∂P0 = −n/(n·d),
+  ∂t/∂C = n/(n·d), ∂t/∂d = −t·n/(n·d), ∂t/∂R = R/(n·d);
+* triangle with weights w_a, w_b, w_c of the point met and normal N: a vertex moves the plane by
+  its weight, ∂t/∂a = w_a·N/(d·N), and ∂t/∂P0 = −N/(d·N), ∂t/∂d = −t·N/(d·N);
+* polygon, S10's plane (X − P1)·p = 0: its data are P0, d, P1 and the normals N_k of the fan, whose
+  sum p is: ∂t/∂P1 = p/(d·p), ∂t/∂N_k = (P1 − M)/(d·p), the rest as for the triangle.
+
+A decision (hit or miss) is a sign of g(x). It is decided where no relative change of the inputs
+by 4 ulp reverses it, |g| > 4 ulp · Σ |∂g/∂x_i · x_i|, evaluated in rational arithmetic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import minirt
+from minirt.shapes.plane import edge_normal
+from minirt.shapes.triangle import Meeting
+from minirt.vectors import Floats
+
+ULP = 2.0**-52
+BOUND = 4.0
+#: Rays of each family; mpmath takes some 0.3 ms each.
+COUNT = 300
+
+Vector = Sequence[Any]
+
+
+def _dot(a: Vector, b: Vector) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _sub(a: Vector, b: Vector) -> Vector:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _moved(slope: Vector, x: Vector) -> Any:
+    """Σ |∂g/∂x_i · x_i| of one vector."""
+    return sum(abs(s * c) for s, c in zip(slope, x, strict=True))
+
+
+def _numbers(kind: type, *columns: Floats) -> list[list[Any]]:
+    return [[kind(float(c)) for c in column] for column in columns]
+
+
+def _directions(rng: np.random.Generator, n: int) -> Floats:
+    d = rng.normal(size=(3, n))
+    return np.asarray(d / np.sqrt((d * d).sum(axis=0)))
+
+
+def _across(rng: np.random.Generator, d: Floats) -> Floats:
+    """Unit vectors perpendicular to d, to rounding."""
+    side = np.cross(_directions(rng, d.shape[1]), d, axis=0)
+    return np.asarray(side / np.sqrt((side * side).sum(axis=0)))
+
+
+# -- spheres ---------------------------------------------------------------------------------------
+
+Spheres = tuple[Floats, Floats, Floats, Floats]
+
+
+def _aimed(
+    rng: np.random.Generator, n: int, far: float, offset: Floats, radius: float = 1.0
+) -> Spheres:
+    """Rays that pass the centre of a sphere at `offset` radii, from `far` radii away."""
+    d = _directions(rng, n)
+    C = rng.normal(size=(3, n)) * radius
+    P0 = C - far * radius * d + offset * radius * _across(rng, d)
+    return P0, d * rng.uniform(0.1, 10.0, n), C, np.full(n, radius)
+
+
+def _random(rng: np.random.Generator, n: int) -> Spheres:
+    return _aimed(rng, n, 5.0, rng.uniform(0, 1, n))
+
+
+def _grazing(rng: np.random.Generator, n: int) -> Spheres:
+    return _aimed(rng, n, 5.0, np.sqrt(1 - 10.0 ** rng.uniform(-12, -2, n)))
+
+
+def _far(rng: np.random.Generator, n: int) -> Spheres:
+    return _aimed(rng, n, 1e6, rng.uniform(0, 1, n))
+
+
+def _far_grazing(rng: np.random.Generator, n: int) -> Spheres:
+    return _aimed(rng, n, 1e6, np.sqrt(1 - 10.0 ** rng.uniform(-9, -2, n)))
+
+
+def _inside(rng: np.random.Generator, n: int) -> Spheres:
+    d, C = _directions(rng, n), rng.normal(size=(3, n))
+    return C + 0.99 * rng.uniform(0, 1, n) * _directions(rng, n), d, C, np.ones(n)
+
+
+def _on_surface(rng: np.random.Generator, n: int) -> Spheres:
+    d, C = _directions(rng, n), rng.normal(size=(3, n))
+    return C + _directions(rng, n), d, C, np.ones(n)
+
+
+def _behind_surface(rng: np.random.Generator, n: int) -> Spheres:
+    P0, d, C, R = _on_surface(rng, n)
+    return P0 + (P0 - C) * 10.0 ** rng.uniform(-14, -3, n), d, C, R
+
+
+def _huge(rng: np.random.Generator, n: int) -> Spheres:
+    return _aimed(rng, n, 5.0, rng.uniform(0, 1, n), 1e12)
+
+
+def _tiny(rng: np.random.Generator, n: int) -> Spheres:
+    return _aimed(rng, n, 5.0, rng.uniform(0, 1, n), 1e-12)
+
+
+def _along_axes(rng: np.random.Generator, n: int) -> Spheres:
+    C, R = rng.normal(size=(3, n)), np.ones(n)
+    d = np.eye(3)[:, rng.integers(0, 3, n)] * np.array([[1.0], [-1.0], [1.0]])
+    return C - 50.0 * d + rng.uniform(0, 0.999, n) * _across(rng, d), d, C, R
+
+
+def _integers(rng: np.random.Generator, n: int) -> Spheres:
+    d = rng.integers(-3, 4, (3, n)).astype(float)
+    d[2] += (d == 0).all(axis=0)
+    C = rng.integers(-4, 5, (3, n)).astype(float)
+    return C - rng.integers(4, 30, n) * d, d, C + rng.integers(0, 2, (3, n)), np.full(n, 2.0)
+
+
+SPHERES = {
+    f.__name__[1:]: f
+    for f in (
+        _random, _grazing, _far, _far_grazing, _inside, _on_surface, _behind_surface, _huge,
+        _tiny, _along_axes, _integers,
+    )
+}  # fmt: skip
+
+
+def _sphere_exact(P0: Vector, d: Vector, C: Vector, R: Any) -> list[Any]:
+    """Both roots with 400 bits, or none."""
+    L, a = _sub(C, P0), _dot(d, d)
+    b = _dot(d, L)
+    quarter = b * b - a * (_dot(L, L) - R * R)
+    if quarter < 0:
+        return []
+    root = mp.sqrt(quarter)
+    return [(b - root) / a, (b + root) / a]
+
+
+def _sphere_condition(t: Any, P0: Vector, d: Vector, C: Vector, R: Any) -> Any:
+    n = [p + t * e - c for p, e, c in zip(P0, d, C, strict=True)]
+    total = _moved(n, P0) + _moved(n, C) + abs(t) * _moved(n, d) + R * R
+    return 1 + total / abs(_dot(n, d) * t)
+
+
+@pytest.mark.parametrize("family", SPHERES)
+def test_sphere_t_is_within_4_ulp_times_its_condition(
+    family: str, record_property: Callable[[str, object], None]
+) -> None:
+    P0, d, C, R = SPHERES[family](np.random.default_rng(8), COUNT)
+    near, far = minirt.intersect_sphere(P0, d, C, R)[1:]
+    worst, ran = 0.0, 0
+    with mp.workprec(400):
+        for k in range(COUNT):
+            p, e, c = _numbers(mpf, P0[:, k], d[:, k], C[:, k])
+            roots = _sphere_exact(p, e, c, mpf(R[k]))
+            if not roots or roots[0] == roots[1] or np.isinf(near[k]):
+                continue
+            for t, ours in zip(roots, (near[k], far[k]), strict=True):
+                if t == 0:
+                    assert ours == 0
+                    continue
+                condition = _sphere_condition(t, p, e, c, mpf(R[k]))
+                worst = max(worst, float(abs(mpf(ours) - t) / abs(t) / condition / ULP))
+                ran += 1
+    record_property("worst", worst)
+    assert ran > COUNT
+    assert worst <= BOUND
+
+
+@pytest.mark.parametrize("family", SPHERES)
+def test_sphere_hit_or_miss_agrees_with_rational_arithmetic(family: str) -> None:
+    rng = np.random.default_rng(9)
+    P0, d, C, R = SPHERES[family](rng, COUNT)
+    R = R * (1 + np.where(rng.random(COUNT) < 0.5, 0, rng.normal(size=COUNT) * 1e-6))
+    found = np.isfinite(minirt.intersect_sphere(P0, d, C, R).near)
+    decided = 0
+    for k in range(COUNT):
+        p, e, c = _numbers(Fraction, P0[:, k], d[:, k], C[:, k])
+        r, L, a = Fraction(float(R[k])), _sub(c, p), _dot(e, e)
+        b = _dot(e, L)
+        g = b * b - a * (_dot(L, L) - r * r)
+        by_center = [2 * (b * x - a * y) for x, y in zip(e, L, strict=True)]
+        by_d = [2 * (b * y - x * (_dot(L, L) - r * r)) for x, y in zip(e, L, strict=True)]
+        moved = _moved(by_center, c) + _moved(by_center, p) + _moved(by_d, e) + 2 * a * r * r
+        if abs(g) > Fraction(4 * ULP) * moved:
+            decided += 1
+            assert found[k] == (g > 0)
+    assert decided > 0.5 * COUNT
+
+
+# -- triangles -------------------------------------------------------------------------------------
+
+Triangles = tuple[Floats, Floats, Floats, Floats, Floats]
+Corners = tuple[Floats, Floats, Floats]
+
+
+def _toward(
+    rng: np.random.Generator, a: Floats, b: Floats, c: Floats, origin: Callable[[Floats], Floats]
+) -> Triangles:
+    """Rays from origin(M) through a random point M of each triangle."""
+    n = a.shape[1]
+    weights = rng.dirichlet((0.5, 0.5, 0.5), n).T
+    M = weights[0] * a + weights[1] * b + weights[2] * c
+    P0 = origin(M)
+    return P0, (M - P0) * 10.0 ** rng.uniform(-2, 2, n), a, b, c
+
+
+def _vertices(rng: np.random.Generator, n: int, size: float = 1.0) -> Corners:
+    a, b, c = size * rng.normal(size=(3, 3, n))
+    return a, b, c
+
+
+def _triangle_random(rng: np.random.Generator, n: int) -> Triangles:
+    return _toward(rng, *_vertices(rng, n), lambda M: M + 3 * _directions(rng, n))
+
+
+def _edges(
+    rng: np.random.Generator, n: int, first: Floats, second: Floats, turn: Floats
+) -> Corners:
+    """Triangles with two edges of given lengths and the sine of the angle between them."""
+    e = _directions(rng, n)
+    a = rng.normal(size=(3, n))
+    return a, a + first * e, a + second * (e * np.sqrt(1 - turn * turn) + turn * _across(rng, e))
+
+
+def _needles(rng: np.random.Generator, n: int) -> Triangles:
+    corners = _edges(rng, n, np.full(n, 1e4), np.full(n, 1e-4), rng.uniform(0.1, 1, n))
+    return _toward(rng, *corners, lambda M: M + 10.0 ** rng.uniform(-4, 4, n) * _directions(rng, n))
+
+
+def _caps(rng: np.random.Generator, n: int) -> Triangles:
+    turn = 10.0 ** rng.uniform(-12, -6, n)
+    corners = _edges(rng, n, np.full(n, 1e4), np.full(n, 6e3), turn)
+    return _toward(rng, *corners, lambda M: M + 10.0 ** rng.uniform(-4, 4, n) * _directions(rng, n))
+
+
+def _mixed_edges(rng: np.random.Generator, n: int) -> Triangles:
+    first, second = 10.0 ** rng.uniform(-4, 4, (2, n))
+    corners = _edges(rng, n, first, second, 10.0 ** rng.uniform(-6, 0, n))
+    return _toward(rng, *corners, lambda M: M + 10.0 ** rng.uniform(-4, 4, n) * _directions(rng, n))
+
+
+def _edge_on(rng: np.random.Generator, n: int) -> Triangles:
+    a, b, c = _vertices(rng, n)
+    N = np.cross(b - a, c - a, axis=0)
+
+    def beside(M: Floats) -> Floats:
+        along = (b - a) * rng.normal(size=n) + (c - a) * rng.normal(size=n)
+        return np.asarray(M + along + N * 10.0 ** rng.uniform(-12, -3, n))
+
+    return _toward(rng, a, b, c, beside)
+
+
+def _far_observer(rng: np.random.Generator, n: int) -> Triangles:
+    return _toward(rng, *_vertices(rng, n), lambda M: M + 1e6 * _directions(rng, n))
+
+
+def _far_from_origin(rng: np.random.Generator, n: int) -> Triangles:
+    shift = 1e5 * rng.normal(size=(3, n))
+    a, b, c = (v + shift for v in _vertices(rng, n))
+    return _toward(rng, a, b, c, lambda M: M + 3 * _directions(rng, n))
+
+
+def _close_to_large(rng: np.random.Generator, n: int) -> Triangles:
+    a, b, _ = _vertices(rng, n, 1e4)
+    c = rng.normal(size=(3, n))
+    return _toward(rng, a, b, c, lambda M: M + 1e-4 * _directions(rng, n))
+
+
+def _floor(rng: np.random.Generator, n: int) -> Triangles:
+    a, b, c = _vertices(rng, n, 1e3)
+    a[2], b[2], c[2] = 0.0, 0.0, 0.0
+    height = 10.0 ** rng.uniform(-9, -3, n)
+
+    def low(M: Floats) -> Floats:
+        P0 = M + 100.0 * _directions(rng, n)
+        P0[2] = height
+        return P0
+
+    return _toward(rng, a, b, c, low)
+
+
+TRIANGLES = {
+    f.__name__[1:]: f
+    for f in (
+        _triangle_random, _needles, _caps, _mixed_edges, _edge_on, _far_observer,
+        _far_from_origin, _close_to_large, _floor,
+    )
+}  # fmt: skip
+
+
+def _weights(P0: Vector, d: Vector, a: Vector, b: Vector, c: Vector) -> tuple[list[Any], Any]:
+    """Exact weights of a, b, c (not divided by their sum), and that sum, which is −d·N."""
+    A, B, C = _sub(a, P0), _sub(b, P0), _sub(c, P0)
+    w = [_dot(d, _cross(y, x)) for x, y in ((B, C), (C, A), (A, B))]
+    return w, sum(w)
+
+
+def _triangle_exact(P0: Vector, d: Vector, a: Vector, b: Vector, c: Vector) -> tuple[Any, Any]:
+    """Exact t, and its condition number."""
+    N = _cross(_sub(b, a), _sub(c, a))
+    slope = _dot(d, N)
+    t = _dot(_sub(a, P0), N) / slope
+    w, total = _weights(P0, d, a, b, c)
+    moved = _moved(N, P0) + abs(t) * _moved(N, d)
+    moved += sum(abs(k / total) * _moved(N, x) for k, x in zip(w, (a, b, c), strict=True))
+    return t, 1 + moved / abs(slope * t)
+
+
+@pytest.mark.parametrize("family", TRIANGLES)
+def test_triangle_t_is_within_4_ulp_times_its_condition(
+    family: str, record_property: Callable[[str, object], None]
+) -> None:
+    rays = TRIANGLES[family](np.random.default_rng(10), COUNT)
+    hits = minirt.intersect_triangle(*rays)
+    worst, ran = 0.0, 0
+    with mp.workprec(400):
+        for k in np.flatnonzero(hits.case == Meeting.INSIDE):
+            t, condition = _triangle_exact(*_numbers(mpf, *(v[:, k] for v in rays)))
+            worst = max(worst, float(abs(mpf(hits.t[k]) - t) / abs(t) / condition / ULP))
+            ran += 1
+    record_property("worst", worst)
+    assert ran > 0.4 * COUNT
+    assert worst <= BOUND
+
+
+@pytest.mark.parametrize("family", TRIANGLES)
+def test_triangle_inside_or_outside_agrees_with_rational_arithmetic(family: str) -> None:
+    rng = np.random.default_rng(11)
+    P0, d, a, b, c = TRIANGLES[family](rng, COUNT)
+    d = d + 1e-3 * (rng.random(COUNT) < 0.5) * (b - a) * rng.normal(size=COUNT)
+    case = minirt.intersect_triangle(P0, d, a, b, c).case
+    decided = 0
+    for k in range(COUNT):
+        p, e, *corners = _numbers(Fraction, P0[:, k], d[:, k], a[:, k], b[:, k], c[:, k])
+        w, total = _weights(p, e, *corners)
+        moves = _moves(p, e, corners)
+        if all(abs(x) > Fraction(4 * ULP) * m for x, m in zip(w, moves, strict=True)):
+            decided += 1
+            inside = all(x / total >= 0 for x in w)
+            assert case[k] == (Meeting.INSIDE if inside else Meeting.OUTSIDE), (family, k)
+    assert decided > 0.5 * COUNT
+
+
+def _moves(P0: Vector, d: Vector, corners: Sequence[Vector]) -> list[Any]:
+    """Σ |∂w/∂x_i · x_i| of each weight d·(C × B): ∂d is C × B, ∂B is d × C, ∂C is B × d."""
+    A, B, C = (_sub(x, P0) for x in corners)
+    a, b, c = corners
+    result = []
+    for x, y, X, Y in ((B, C, b, c), (C, A, c, a), (A, B, a, b)):
+        by_x, by_y = _cross(d, y), _cross(x, d)
+        by_origin = [-p - q for p, q in zip(by_x, by_y, strict=True)]
+        moved = _moved(_cross(y, x), d) + _moved(by_x, X) + _moved(by_y, Y)
+        result.append(moved + _moved(by_origin, P0))
+    return result
+
+
+# -- polygons --------------------------------------------------------------------------------------
+
+
+def _polygon(rng: np.random.Generator, m: int, size: float, away: float) -> Floats:
+    """A convex polygon on an ellipse in a random plane, (m, 3)."""
+    turn = np.sort(rng.uniform(0, 2 * np.pi, m)) if m < 5 else np.arange(m) * (2 * np.pi / m)
+    n = _directions(rng, 1)
+    u = _across(rng, n)
+    v = np.cross(n, u, axis=0)
+    center = away * rng.normal(size=(3, 1))
+    return np.asarray((center + size * (np.cos(turn) * u + 0.3 * np.sin(turn) * v)).T)
+
+
+@pytest.mark.parametrize("m", [3, 5, 8, 64])
+@pytest.mark.parametrize(("size", "away"), [(1.0, 1.0), (1e4, 1.0), (1e-4, 1.0), (1.0, 1e5)])
+def test_polygon_t_is_within_4_ulp_times_its_condition(
+    m: int, size: float, away: float, record_property: Callable[[str, object], None]
+) -> None:
+    rng = np.random.default_rng(12)
+    vertices = _polygon(rng, m, size, away)
+    n = COUNT // 3
+    weights = rng.dirichlet(np.full(m, 0.3), n)
+    M = (weights @ vertices).T
+    P0 = M + size * 10.0 ** rng.uniform(-4, 2, n) * _directions(rng, n)
+    d = M - P0
+    hits = minirt.intersect_polygon(P0, d, vertices)
+    worst, ran = 0.0, 0
+    with mp.workprec(400):
+        P = _numbers(mpf, *vertices)
+        fan = [_cross(_sub(P[k], P[0]), _sub(P[k + 1], P[0])) for k in range(1, m - 1)]
+        p = [sum(column) for column in zip(*fan, strict=True)]
+        spread = [sum(map(abs, column)) for column in zip(*fan, strict=True)]
+        for k in np.flatnonzero(hits.triangle >= 0):
+            o, e = _numbers(mpf, P0[:, k], d[:, k])
+            t = _dot(_sub(P[0], o), p) / _dot(e, p)
+            to_P1 = [x - (y + t * z) for x, y, z in zip(P[0], o, e, strict=True)]
+            moved = _moved(p, o) + abs(t) * _moved(p, e) + _moved(p, P[0]) + _moved(to_P1, spread)
+            condition = 1 + moved / abs(t * _dot(e, p))
+            worst = max(worst, float(abs(mpf(hits.t[k]) - t) / abs(t) / condition / ULP))
+            ran += 1
+    record_property("worst", worst)
+    assert ran > 0.4 * n
+    assert worst <= BOUND
+
+
+def test_edge_normal_is_correct_to_an_ulp() -> None:
+    """Each component to 1 ulp, but for what lies under 2⁻⁹⁸ of the product of the edges."""
+    rng = np.random.default_rng(13)
+    ran = 0
+    for family in (_needles, _caps, _mixed_edges, _far_from_origin):
+        _, _, a, b, c = family(rng, COUNT)
+        N = edge_normal(a, b, c)
+        for k in range(COUNT):
+            x, y, z = _numbers(Fraction, a[:, k], b[:, k], c[:, k])
+            e, f = _sub(y, x), _sub(z, x)
+            size = max(map(abs, e)) * max(map(abs, f))
+            for ours, exact in zip(N[:, k], _cross(e, f), strict=True):
+                assert abs(Fraction(float(ours)) - exact) <= (
+                    Fraction(ULP) * abs(exact) + Fraction(2.0**-98) * size
+                )
+                ran += 1
+    assert ran == 4 * 3 * COUNT
