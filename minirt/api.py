@@ -17,7 +17,7 @@ from minirt.scene import Scene
 from minirt.shapes.plane import edge_normal, plane_t
 from minirt.shapes.polygon import PolygonHits, fan, polygon_fault, polygon_hit, polygon_normal
 from minirt.shapes.sphere import sphere_roots
-from minirt.shapes.triangle import Meeting, TriangleHits, triangle_hit
+from minirt.shapes.triangle import TriangleHits, triangle_hit
 from minirt.vectors import Floats, Ints
 from minirt.whitted import Whitted
 
@@ -236,6 +236,7 @@ def intersect_triangle(
 
     Examples
     --------
+    >>> from minirt.shapes.triangle import Meeting
     >>> hit = intersect_triangle([0.25, 0.25, 1], [0, 0, -1], [0, 0, 0], [1, 0, 0], [0, 1, 0])
     >>> hit.t.item(), hit.beta.item(), hit.gamma.item(), Meeting(int(hit.case)).name
     (1.0, 0.25, 0.25, 'INSIDE')
@@ -289,13 +290,9 @@ def intersect_polygon(P0: ArrayLike, d: ArrayLike, vertices: ArrayLike) -> Polyg
     return PolygonHits(*(shaped(v, single) for v in found))
 
 
-def _described(
-    whitted: Whitted, P0: Floats, d: Floats, found: trace.Hits, single: bool
-) -> Hits:
+def _described(whitted: Whitted, P0: Floats, d: Floats, found: trace.Hits, single: bool) -> Hits:
     points = whitted.points(P0, d, found)
     position, normal = np.full(P0.shape, np.nan), np.full(P0.shape, np.nan)
     position[:, points.rays], normal[:, points.rays] = points.M, points.normal
     values = (*vars(found).values(), position, normal)
     return Hits(*(shaped(v, single) for v in values))
-
-

@@ -181,3 +181,21 @@ class SceneModel(_Model):
     )
     materials: dict[_Name, MaterialModel]
     objects: Annotated[list[ObjectModel], Field(max_length=1_000_000)]
+
+
+def scene_schema() -> dict[str, Any]:
+    """The JSON Schema of a scene file, draft 2020-12.
+
+    It says what each key may hold. What joins several keys (an orthonormal frame, a material's
+    name, a convex polygon, a mesh's file) is checked on loading.
+
+    Examples
+    --------
+    >>> scene_schema()["title"]
+    'A scene of minirt, format version 1'
+    """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **SceneModel.model_json_schema(),
+        "title": "A scene of minirt, format version 1",
+    }

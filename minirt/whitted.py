@@ -236,7 +236,7 @@ class Whitted:
                 on = transparent[passing]
                 transmitted[:, on], far = self._branch_color(through.take(passing), generation)
                 path[on] = _mix(path[on], far)
-        local = self._local_color(points, dark)
+        local = self.local_color(points, dark)
         return self.rules.combine(local, mirrored, transmitted, k_r, k_t), _mix(path, total)
 
     def _reflected_of(self, points: Points, some: Index, onward: Onward) -> Branch:
@@ -252,7 +252,8 @@ class Whitted:
     def _branch_color(self, branch: Branch, generation: int) -> tuple[Floats, Signature]:
         return self.color(branch.origin, branch.direction, branch.hits, generation + 1)
 
-    def _local_color(self, points: Points, dark: Bools) -> Floats:
+    def local_color(self, points: Points, dark: Bools) -> Floats:
+        """The colour of the points themselves, (3, n), lit or in shadow. Source: S13."""
         s = self.rules.toward_viewer(points.s, points.delta)
         light = np.broadcast_to(self.to_light, s.shape)
         mirror = self.rules.reflect(-light, s)

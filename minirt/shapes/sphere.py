@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from minirt.vectors import Floats, dot, unit
+
+
+class Quadratic(NamedTuple):
+    """The slide's equation a·t² − 2b·t + c = 0, each (n,) float64, and a quarter of its Δ."""
+
+    a: Floats
+    b: Floats
+    c: Floats
+    quarter_delta: Floats
+
+
+def sphere_quadratic(P0: Floats, d: Floats, C: Floats, R: Floats) -> Quadratic:
+    """a = d·d, b = d·(C−P0), c = (P0−C)·(P0−C) − R², and Δ/4.
+
+    b² − ac cancels for far and small spheres (E8), so Δ comes from q, the vector from the line to
+    the centre: Δ/4 = (d·d)(R² − q·q).
+
+    Source: S8, E8.
+    """
+    L = C - P0
+    a = dot(d, d)
+    b = dot(d, L)
+    q = L - (b / a) * d
+    return Quadratic(a, b, dot(L, L) - R * R, a * (R * R - dot(q, q)))
 
 
 def sphere_roots(P0: Floats, d: Floats, C: Floats, R: Floats) -> tuple[Floats, Floats]:
     """Both parameters t at which a line meets a sphere, smaller first.
 
     The equation is the slide's, (d·d)t² + 2d·(P0−C)t + (P0−C)·(P0−C) − R² = 0, and so is the
-    test Δ ≥ 0, but the textbook −b ± √Δ cancels for far and small spheres (E8). So
-
-    * Δ comes from q, the vector from the line to the centre: Δ/4 = (d·d)(R² − q·q);
-    * the root of larger magnitude is (b ± √Δ)/a, whose terms have one sign;
-    * the other is c/a divided by it, the product of the roots.
+    test Δ ≥ 0, but the textbook −b ± √Δ cancels where the two have nearly one magnitude (E8). So
+    the root of larger magnitude comes first, whose terms have one sign; the other is c/a divided
+    by it, from the product of the roots.
 
     Parameters
     ----------
@@ -33,15 +57,10 @@ def sphere_roots(P0: Floats, d: Floats, C: Floats, R: Floats) -> tuple[Floats, F
 
     Source: S8, E8.
     """
-    L = C - P0
-    a = dot(d, d)
-    b = dot(d, L)
-    q = L - (b / a) * d
-    quarter_delta = a * (R * R - dot(q, q))
+    a, b, c, quarter_delta = sphere_quadratic(P0, d, C, R)
     meets = quarter_delta >= 0
     root = np.sqrt(np.where(meets, quarter_delta, 0.0))
     larger = b + np.copysign(root, b)
-    c = dot(L, L) - R * R
     at_tangent_point = larger == 0
     first = larger / a
     second = np.where(at_tangent_point, 0.0, c / np.where(at_tangent_point, 1.0, larger))

@@ -1,0 +1,67 @@
+"""One step of an explanation, and how its numbers are taken out of the arrays of one ray."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from minirt.trace import Hits
+from minirt.vectors import Floats
+from minirt.whitted import Whitted
+
+Value: TypeAlias = bool | int | float | str | tuple[float, ...] | None
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the algorithm.
+
+    Attributes
+    ----------
+    rule : str
+        S1–S16.
+    title : str
+        What the step finds, in a few words.
+    sentence : str
+        What happened, with the number that matters.
+    values : mapping of str to number, vector, text or None
+        Lengths in scene units, angles in degrees; under a quantity's name, that quantity.
+    """
+
+    rule: str
+    title: str
+    sentence: str
+    values: Mapping[str, Value]
+
+
+def number(values: Floats) -> float:
+    """The only value of an array."""
+    return float(values.reshape(-1)[0])
+
+
+def vector(values: Floats) -> tuple[float, ...]:
+    """The only column of an array (3, 1)."""
+    return tuple(float(x) for x in values.reshape(3, -1)[:, 0])
+
+
+def named(whitted: Whitted, hits: Hits) -> str:
+    """The object that the only ray of some hits meets, as a person calls it."""
+    index = int(hits.object[0])
+    if index < 0:
+        return "nothing"
+    thing = whitted.scene.objects[index]
+    face = "" if thing.type in ("sphere", "triangle") else f", triangle {int(hits.triangle[0])}"
+    return f"object {index} '{thing.name}' ({thing.type}{face})"
+
+
+def plain(value: Any) -> Any:
+    """As JSON data: tuples as lists, numbers that are not finite as text."""
+    if isinstance(value, Mapping):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, tuple):
+        return [plain(each) for each in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value
