@@ -68,11 +68,6 @@ def read_folder(folder: Path, expect: Size) -> Frame:
     return Frame(arrays, _read_meta(folder / META_FILE))
 
 
-def frame_files(folder: Path) -> set[Path]:
-    """The files in a folder that are a frame's."""
-    return {*_images(folder).values(), folder / META_FILE}
-
-
 def _images(folder: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for path in sorted(folder.iterdir()):

@@ -106,7 +106,9 @@ def _stl(vertices: Floats, faces: Ints) -> bytes:
 
 
 def _glb(vertices: Floats, faces: Ints) -> bytes:
-    return export_glb(trimesh.Scene(trimesh.Trimesh(vertices, faces, process=False)))
+    scene = trimesh.Scene(trimesh.Trimesh(vertices, faces, process=False))
+    data: bytes = export_glb(scene)  # type: ignore[no-untyped-call]
+    return data
 
 
 _WRITERS: dict[str, Callable[[Floats, Ints], bytes]] = {

@@ -6,6 +6,7 @@ import hashlib
 import struct
 import subprocess
 import sys
+import tracemalloc
 import zipfile
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -184,6 +185,33 @@ def test_blocks_of_rows_join_without_a_seam(tmp_path: Path, monkeypatch: Any) ->
     for name, wish in (("f.npz", None), ("f.exr", None), ("f.d", images)):
         write_frame(frame, tmp_path / name, wish)
         assert_same(frame, read_frame(tmp_path / name), exact=name == "f.npz")
+
+
+@pytest.mark.parametrize("name", ["f.npz", "f.exr", "f.d"])
+def test_memory_is_bounded_by_blocks(name: str, tmp_path: Path, monkeypatch: Any) -> None:
+    """Beside the arrays: on writing some blocks, on reading some blocks. They hold 35 MB.
+
+    A block of b bytes counts 4 a value; its float64 original, its float32 copy, the values that
+    OpenImageIO hands over and masks of one byte a value make less than 6 b at a time.
+    """
+    monkeypatch.setattr("converters.images.BLOCK_BYTES", 2**19)
+    monkeypatch.setattr("converters.frame_npz._BLOCK_BYTES", 2**19)
+    ramp = np.linspace(0, 1, 1024)
+    color = np.stack([ramp + ramp[:, None]] * 3, axis=2)
+    frame = Frame({"depth": color[..., 0].copy(), "hit": color[..., 0] > 1, "color": color})
+    held = sum(array.nbytes for array in frame.values())
+    write_frame(frame, tmp_path / name)  # what is allocated once, on the first call
+    tracemalloc.start()
+    write_frame(frame, tmp_path / name)
+    written = tracemalloc.get_traced_memory()[1]
+    tracemalloc.reset_peak()
+    size = read_frame(tmp_path / name).size
+    read = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert size == (1024, 1024)
+    assert held > 34e6
+    assert written < 6 * 2**19
+    assert read - held < 6 * 2**19
 
 
 # Folders from other programs

@@ -69,6 +69,8 @@ class Soup:
         """The fan of each polygon from its first vertex, (m, 3), polygon after polygon."""
         flat = np.array(self._indices, dtype=np.int64)
         counts = np.array(self._counts, dtype=np.int64)
+        if (counts == 3).all():
+            return flat.reshape(-1, 3)
         starts = np.cumsum(counts) - counts
         triangles, owners = [np.zeros((0, 3), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
         for k in np.unique(counts).tolist():
