@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import minirt
+from minirt.bvh import reciprocal, visit
 from minirt.every_hit import every_hit
 from minirt.geometry import Geometry
 from minirt.rules import SLIDES, in_interval
@@ -212,15 +213,13 @@ def test_nearest_is_the_first_of_all_hits(family: str) -> None:
 
 def test_many_rays_meet_few_boxes() -> None:
     """That the boxes cull at all: a leaf is asked about a small part of the rays."""
-    from minirt.bvh import visit
-
     rng = np.random.default_rng(25)
     scene = _scene([_sphere(rng.uniform(-2, 2, 3), 0.02) for _ in range(500)])
     spheres = Geometry.of(scene).spheres
-    P0, d = np.zeros((3, 2000)), rng.normal(size=(3, 2000))
+    P0, d, limit = np.zeros((3, 2000)), rng.normal(size=(3, 2000)), np.full(2000, np.inf)
     asked = sum(
         len(rays) * (leaf.stop - leaf.start)
-        for rays, leaf in visit(spheres.tree, P0, d, np.full(2000, np.inf))
+        for rays, leaf in visit(spheres.tree, P0, reciprocal(d), np.zeros(2000), limit)
     )
     assert 0 < asked < 0.1 * 500 * 2000
 
