@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from minirt.errors import SceneError
 from minirt.look_at import resolve_look_at
+from minirt.mesh_files.transform import transform_points
 from minirt.schema import (
     LARGEST,
     MAX_PIXELS,
@@ -30,7 +31,7 @@ from minirt.schema import (
     SphereModel,
 )
 from minirt.screen import VirtualScreen
-from minirt.shapes.mesh import read_mesh, transform_points
+from minirt.shapes.mesh import read_mesh
 from minirt.shapes.plane import edge_normal
 from minirt.shapes.polygon import fan, polygon_fault, polygon_normal
 from minirt.vectors import Floats, Ints, dot, norm

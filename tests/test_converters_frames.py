@@ -102,7 +102,7 @@ def write_pixels(path: Path, pixels: Array, names: tuple[str, ...] = (), **extra
 # Round trips
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", KINDS[:3])
 def test_round_trip(name: str) -> None:
     @settings(max_examples=25, deadline=None, derandomize=True, database=None)
     @given(frames())

@@ -282,10 +282,10 @@ def test_strips_and_fans(mode: int, expected: list[list[int]], tmp_path: Path) -
 
 def test_a_long_chain_of_nodes_is_read_at_once(tmp_path: Path) -> None:
     chain = [{"children": [k + 1], "translation": [1, 0, 0]} for k in range(20_000)]
-    start = time.perf_counter()
+    start = time.process_time()
     vertices, _ = read(tmp_path, "m.glb", glb(gltf([*chain, {"mesh": 0}]), BLOB))
     # Linear work of some 5 µs a node; what is quadratic takes minutes.
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5
     assert vertices[0] == [20_000, 0, 0]
 
 

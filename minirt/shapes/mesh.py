@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from minirt.errors import SceneError
 from minirt.mesh_files import READERS
-from minirt.mesh_files.transform import transform_points as transform_points
 from minirt.vectors import Floats, Ints
 
 MAX_BYTES = 2**30
