@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from minirt.vectors import Floats
 
 _WIDTH = 8
-_LEAF = 12
 #: Boxes grow by this share of the largest coordinate in play: some 4,000 times the rounding of it.
 _PAD = 2.0**-40
 #: Stands in for the reciprocal of a component that is zero; times any legal length it is finite.
@@ -60,29 +59,35 @@ class Tree:
     reach: float
 
 
-def build(lower: Floats, upper: Floats) -> Tree:
-    """A tree over boxes given by their corners (3, m), by balanced median splits."""
+def build(lower: Floats, upper: Floats, leaf: int = 12) -> Tree:
+    """A tree over boxes given by their corners (3, m), by balanced median splits.
+
+    A leaf holds at most `leaf` of them.
+    """
     order = np.arange(lower.shape[1])
-    root = _branch(order, 0, len(order), lower, upper, lower + upper)
+    root = _branch(order, 0, len(order), (lower, upper, lower + upper), leaf)
     return Tree(order, root, float(max(np.abs(lower).max(), np.abs(upper).max())))
 
 
 def _branch(
-    order: Index, start: int, stop: int, lower: Floats, upper: Floats, middle: Floats
+    order: Index, start: int, stop: int, boxes: tuple[Floats, Floats, Floats], leaf: int
 ) -> Node | Leaf:
-    if stop - start <= _LEAF:
+    if stop - start <= leaf:
         order[start:stop].sort()
         return Leaf(start, stop)
+    lower, upper, middle = boxes
     ranges = [(start, stop)]
-    while len(ranges) < _WIDTH and max(b - a for a, b in ranges) > _LEAF:
-        ranges = [half for r in ranges for half in _halves(order, *r, middle)]
-    boxes = [(lower[:, order[a:b]].min(axis=1), upper[:, order[a:b]].max(axis=1)) for a, b in ranges]
-    children = tuple(_branch(order, a, b, lower, upper, middle) for a, b in ranges)
-    return Node(np.stack([x[0] for x in boxes], 1), np.stack([x[1] for x in boxes], 1), children)
+    while len(ranges) < _WIDTH and max(b - a for a, b in ranges) > leaf:
+        ranges = [half for r in ranges for half in _halves(order, *r, middle, leaf)]
+    low = np.stack([lower[:, order[a:b]].min(axis=1) for a, b in ranges], axis=1)
+    high = np.stack([upper[:, order[a:b]].max(axis=1) for a, b in ranges], axis=1)
+    return Node(low, high, tuple(_branch(order, a, b, boxes, leaf) for a, b in ranges))
 
 
-def _halves(order: Index, start: int, stop: int, middle: Floats) -> list[tuple[int, int]]:
-    if stop - start <= _LEAF:
+def _halves(
+    order: Index, start: int, stop: int, middle: Floats, leaf: int
+) -> list[tuple[int, int]]:
+    if stop - start <= leaf:
         return [(start, stop)]
     part = order[start:stop]
     points = middle[:, part]
@@ -92,15 +97,17 @@ def _halves(order: Index, start: int, stop: int, middle: Floats) -> list[tuple[i
     return [(start, start + half), (start + half, stop)]
 
 
-def visit(tree: Tree, P0: Floats, inverse: Floats, limit: Floats) -> Iterator[tuple[Index, Leaf]]:
-    """Yield (rays, leaf) for every leaf that some rays may hit something in before their limit.
+def visit(
+    tree: Tree, P0: Floats, inverse: Floats, t0: Floats, limit: Floats
+) -> Iterator[tuple[Index, Leaf]]:
+    """Yield (rays, leaf) for every leaf that some rays may hit something in, t0 ≤ t ≤ limit.
 
     Parameters
     ----------
     P0, inverse : (3, n) float64
         Origins, and the `reciprocal` of the directions.
-    limit : (n,) float64
-        Largest t of interest for each ray; the caller may lower it between two steps.
+    t0, limit : (n,) float64
+        Smallest and largest t of interest for each ray; the caller may lower it between two steps.
     """
     pad = _padding(P0, tree.reach)
     stack: list[tuple[Node | Leaf, Index, Floats | None]] = [
@@ -116,22 +123,12 @@ def visit(tree: Tree, P0: Floats, inverse: Floats, limit: Floats) -> Iterator[tu
             yield rays, node
             continue
         near, far = _box_span(P0[:, rays], inverse[:, rays], node.lower - pad, node.upper + pad)
-        meets = (near <= _beyond(far)) & (far >= 0) & (near <= _beyond(limit[rays])[:, None])
+        meets = (near <= _beyond(far)) & (_beyond(far) >= t0[rays, None]) & (near <= _beyond(limit[rays])[:, None])
         distance = np.where(meets, near, np.inf).min(axis=0)
         for child in np.argsort(-distance, kind="stable"):
             chosen = np.flatnonzero(meets[:, child])
             if len(chosen):
                 stack.append((node.children[child], rays[chosen], near[chosen, child]))
-
-
-def may_meet(
-    P0: Floats, inverse: Floats, limit: Floats, lower: Floats, upper: Floats
-) -> Index:
-    """Numbers of the rays that may hit something in one box, corners (3, 1), before their limit."""
-    pad = _padding(P0, float(max(np.abs(lower).max(), np.abs(upper).max())))
-    near, far = _box_span(P0, inverse, lower - pad, upper + pad)
-    near, far = near[:, 0], far[:, 0]
-    return np.flatnonzero((near <= _beyond(far)) & (far >= 0) & (near <= _beyond(limit)))
 
 
 def _box_span(

@@ -78,6 +78,12 @@ class Geometry:
     kind: Ints
     first: Ints
 
+    @cached_property
+    def polygon_tree(self) -> Tree:
+        """Boxes around the polygons."""
+        lower = np.concatenate([p.lower for p in self.polygons], axis=1)
+        return build(lower, np.concatenate([p.upper for p in self.polygons], axis=1), leaf=2)
+
     @classmethod
     def of(cls, scene: Scene) -> Geometry:
         """Gather a scene's primitives in the order of its objects."""

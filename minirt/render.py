@@ -63,21 +63,37 @@ def render(
     Source: S4.
     """
     names = chosen_quantities(quantities)
+    arrays = blank_frame(scene, names)
+    for start, stop, tile in tiles(Whitted(scene, rules), names):
+        fill(arrays, start, stop, tile)
+        if progress is not None:
+            progress(stop, scene.screen.nx * scene.screen.ny)
+    return Frame(arrays, frame_meta(scene))
+
+
+def blank_frame(scene: Scene, names: Iterable[str] = tuple(QUANTITIES)) -> dict[str, Array]:
+    """Arrays for some quantities of a scene's image, with nothing hit anywhere.
+
+    Raises
+    ------
+    InputError
+        If they do not fit in memory.
+    """
     ny, nx = scene.screen.ny, scene.screen.nx
     try:
-        arrays = {name: QUANTITIES[name].missing(ny, nx) for name in names}
+        return {name: QUANTITIES[name].missing(ny, nx) for name in names}
     except MemoryError:
         raise InputError(
             "the image does not fit in memory", got=f"{nx} × {ny} of {', '.join(names)}"
         ) from None
-    flat = {name: array.reshape(ny * nx, -1) for name, array in arrays.items()}
-    for start, stop, tile in tiles(Whitted(scene, rules), names):
-        for name in names:
-            value = tile[name]
-            flat[name][start:stop] = value.reshape(-1, stop - start).T
-        if progress is not None:
-            progress(stop, nx * ny)
-    return Frame(arrays, frame_meta(scene))
+
+
+def fill(arrays: dict[str, Array], start: int, stop: int, tile: Tile) -> None:
+    """Put a tile's values, (n,) or (3, n), into the pixels start…stop−1 of each array."""
+    for name, array in arrays.items():
+        components = QUANTITIES[name].components
+        pixels = array.reshape(-1, components)
+        pixels[start:stop] = tile[name].reshape(components, stop - start).T
 
 
 def frame_meta(scene: Scene) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.bvh import Index, Tree, may_meet, reciprocal, visit
+from minirt.bvh import Index, Tree, reciprocal, visit
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import SLIDES, Rules
 from minirt.shapes.triangle import Meeting
@@ -107,8 +107,8 @@ class _Query:
         self.limit = self.t1.copy()
 
     def run(self) -> Hits:
-        for polygon in self.geometry.polygons:
-            self._polygon(polygon)
+        if self.geometry.polygons:
+            self._walk(self.geometry.polygon_tree, self._polygons)
         if len(self.geometry.spheres.radius):
             self._walk(self.geometry.spheres.tree, self._spheres)
         if len(self.geometry.triangles.object):
@@ -123,7 +123,7 @@ class _Query:
 
     def _walk(self, tree: Tree, test: _Test) -> None:
         if self._culls():
-            for rays, leaf in visit(tree, self.P0, self.inverse, self.limit):
+            for rays, leaf in visit(tree, self.P0, self.inverse, self.t0, self.limit):
                 self._pairs(rays, tree.order[leaf.start : leaf.stop], test)
         else:
             count, every = len(tree.order), np.arange(self.P0.shape[1])
@@ -172,13 +172,20 @@ class _Query:
             t[cell], tri.object[found], tri.face[found], met.beta[cell], met.gamma[cell]
         )
 
-    def _polygon(self, polygon: Polygon) -> None:
-        rays = np.arange(self.P0.shape[1])
+    def _polygons(self, rays: Index, which: Index) -> Hits:
+        for number in which[:-1]:
+            self._keep(rays, self._polygon(rays, self.geometry.polygons[number]))
+        return self._polygon(rays, self.geometry.polygons[which[-1]])
+
+    def _polygon(self, rays: Index, polygon: Polygon) -> Hits:
+        found = Hits.none(rays.shape)
         if self._culls():
-            rays = may_meet(self.P0, self.inverse, self.limit, polygon.lower, polygon.upper)
-        if not len(rays):
-            return
-        facets = polygon.facets
+            some = self._in_plane(rays, polygon)
+        else:
+            some = np.arange(len(rays))
+        if not len(some):
+            return found
+        rays, facets = rays[some], polygon.facets
         met = self.rules.polygon(
             self.P0[:, rays], self.d[:, rays], facets.corners, facets.edge_normals,
             facets.plane, self.rules.plane, self.rules.triangle,
@@ -189,7 +196,14 @@ class _Query:
         object_ = np.full(len(rays), polygon.object, dtype=np.int32)
         t = np.where(counts, met.t, np.inf)
         t = self._but(t[:, None], rays, object_[:1], met.triangle[:, None])[:, 0]
-        self._keep(rays, Hits(t, object_, met.triangle, met.beta, met.gamma))
+        found.put(some, Hits(t, object_, met.triangle, met.beta, met.gamma))
+        return found
+
+    def _in_plane(self, rays: Index, polygon: Polygon) -> Index:
+        """Which of the rays meet the polygon's plane where it can matter: S10 asked first."""
+        corner, p = polygon.facets.corners[0][:, :1], polygon.facets.plane
+        t = self.rules.plane(self.P0[:, rays], self.d[:, rays], corner, p)
+        return np.flatnonzero((t >= self.t0[rays]) & (t <= self.limit[rays]))
 
     def _but(self, t: Floats, rays: Index, object_: Ints, face: Ints | np.int32) -> Floats:
         """t (rays, primitives) without the face that each ray is to pass over."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -118,6 +118,7 @@ def compare(
     stability: Stability,
     theirs: Frame,
     unsupported: Mapping[str, str],
+    names: Iterable[str] = tuple(QUANTITIES),
 ) -> Comparison:
     """Judge every quantity that the other frame gives.
 
@@ -131,21 +132,24 @@ def compare(
     ours : Frame
         All quantities, by minirt.
     stability : Stability
-        Of `ours`, under the other's declared error.
+        Of `ours`, under the other's declared error; of every quantity that is compared.
     theirs : Frame
         Any subset of the quantities.
     unsupported : dict of str to str
         Reasons for quantities that the other cannot give.
+    names : iterable of str
+        The quantities to compare.
     """
+    names = tuple(names)
     ratios = {
         name: _ratio(QUANTITIES[name], ours[name], theirs[name], stability)
-        for name in ours
+        for name in names
         if name in theirs and theirs[name].shape == ours[name].shape
     }
     first_stage = _first_wrong_stage(ratios, ours.size)
     floor = scene.floor[0] if scene.floor else CERTAIN_FLOOR
     checks = []
-    for name in ours:
+    for name in names:
         stage = QUANTITIES[name].stage
         if name in ratios:
             checks.append(

@@ -23,7 +23,15 @@ import numpy as np
 from minirt.frame import Array, Frame
 from minirt.geometry import Geometry, Kind
 from minirt.quantities import QUANTITIES
-from minirt.render import SIGNATURE, Tile, chosen_quantities, frame_meta, tiles
+from minirt.render import (
+    SIGNATURE,
+    Tile,
+    blank_frame,
+    chosen_quantities,
+    fill,
+    frame_meta,
+    tiles,
+)
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest
 from minirt.vectors import Bools, Floats, cross, dot, norm, unit
@@ -67,7 +75,7 @@ class Stability:
     Attributes
     ----------
     certain : dict of str to (ny, nx) bool
-        By quantity: whether the exact answer is stable under the declared error.
+        By quantity that is judged: whether the exact answer is stable under the declared error.
     tolerance : dict of str to (ny, nx) float64
         By continuous quantity: largest allowed error, Euclidean for vectors, in its unit; 0 where
         it does not apply.
@@ -80,53 +88,70 @@ class Stability:
 def measure(
     scene: Scene, declared: Declared, quantities: Iterable[str] | None = None
 ) -> tuple[Frame, Stability]:
-    """Render a scene, and how stable each of its pixels is under a declared error.
+    """Render a scene, and how stable some of its quantities are under a declared error.
 
     Parameters
     ----------
     scene : Scene
     declared : Declared
     quantities : iterable of str, optional
-        All when left out.
+        Those to be judged; all when left out.
 
     Returns
     -------
     frame : Frame
-        Bit for bit what `minirt.render` gives.
+        Every quantity, bit for bit what `minirt.render` gives.
     stability : Stability
+        Of the quantities to be judged.
     """
-    names = chosen_quantities(quantities)
-    traced = {*names, *(link for name in names for link in _CHAIN[name])}
-    if "color" in names:
-        traced.add("color")
-    ny, nx = scene.screen.ny, scene.screen.nx
-    frame = {name: QUANTITIES[name].missing(ny, nx) for name in names}
-    certain = {name: np.zeros((ny, nx), dtype=np.bool_) for name in names}
-    smooth = [name for name in names if not QUANTITIES[name].discrete]
-    tolerance = {name: np.zeros((ny, nx)) for name in smooth}
-    traced |= {"distance"} if smooth else set()
-    exact = Whitted(scene)
+    judged = chosen_quantities(quantities)
+    links = {link for name in judged for link in _CHAIN[name]}
+    exact, frame = Whitted(scene), blank_frame(scene)
     levers = _levers(exact.geometry)
-    runs = [exact, *(Displaced(scene, declared, levers, k) for k in range(4))]
-    for every in zip(*(tiles(run, traced) for run in runs), strict=True):
-        start, stop, base = every[0]
-        moved = [tile for _, _, tile in every[1:]]
-        movement = {name: _movement(base[name], [m[name] for m in moved]) for name in smooth}
-        bases = _bases(base, declared, exact.geometry, levers)
-        for name in names:
-            quantity = QUANTITIES[name]
-            value = base[name]
-            frame[name].reshape(ny * nx, -1)[start:stop] = value.reshape(-1, stop - start).T
-            agreed = [link for link in _CHAIN[name]] + ([name] if quantity.discrete else [])
+    sink = _Sink(scene, judged)
+    runs = [tiles(exact, {*frame, *links})]
+    for k in range(4):
+        runs.append(tiles(Displaced(scene, declared, levers, k), {*judged, *links}))
+    for base, *moved in zip(*runs, strict=True):
+        start, stop, tile = base
+        fill(frame, start, stop, tile)
+        bases = _bases(tile, declared, exact.geometry, levers)
+        sink.judge(start, stop, tile, [other for _, _, other in moved], bases)
+    return Frame(frame, frame_meta(scene)), Stability(sink.certain, sink.tolerance)
+
+
+class _Sink:
+    """Gathers, tile by tile, which pixels are certain and what is tolerated there."""
+
+    def __init__(self, scene: Scene, judged: tuple[str, ...]) -> None:
+        size = (scene.screen.ny, scene.screen.nx)
+        self.judged = judged
+        self.certain = {name: np.zeros(size, dtype=np.bool_) for name in judged}
+        self.tolerance = {
+            name: np.zeros(size) for name in judged if not QUANTITIES[name].discrete
+        }
+
+    def judge(
+        self, start: int, stop: int, tile: Tile, moved: list[Tile], bases: dict[str, Floats]
+    ) -> None:
+        agree: dict[str, Bools] = {}
+
+        def agreed(name: str) -> Bools:
+            if name not in agree:
+                same = [tile[name] == other[name] for other in moved]
+                agree[name] = np.logical_and.reduce(same)
+            return agree[name]
+
+        for name in self.judged:
+            links = _CHAIN[name] + ((name,) if QUANTITIES[name].discrete else ())
             stable = np.ones(stop - start, dtype=np.bool_)
-            for link in agreed:
-                for other in moved:
-                    stable &= base[link] == other[link]
-            certain[name].reshape(-1)[start:stop] = stable
-            if name in tolerance:
-                allowed = bases[name] + KAPPA * movement[name]
-                tolerance[name].reshape(-1)[start:stop] = allowed
-    return Frame(frame, frame_meta(scene)), Stability(certain, tolerance)
+            for link in links:
+                stable &= agreed(link)
+            self.certain[name].reshape(-1)[start:stop] = stable
+            if name in self.tolerance:
+                movement = _movement(tile[name], [other[name] for other in moved])
+                allowed = bases[name] + KAPPA * movement
+                self.tolerance[name].reshape(-1)[start:stop] = allowed
 
 
 class Displaced(Whitted):
@@ -273,7 +298,7 @@ def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -
     flat = np.isin(base["object"], np.flatnonzero(geometry.kind != Kind.SPHERE))
     turn = declared.angle + np.where(flat, 2.0**0.5 * declared.vertex, declared.delta) / lever
     angle = np.full(n, 2.0 * declared.angle)
-    shade = np.abs(base["color"]).max(axis=0) if "color" in base else np.zeros(n)
+    shade = np.abs(base["color"]).max(axis=0)
     return {
         "ray": np.full(n, declared.angle),
         "t": declared.delta * per_t,

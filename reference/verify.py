@@ -87,6 +87,7 @@ class _Answered:
     reference: str
     declared: Declared
     frame: str
+    given: tuple[str, ...]
     unsupported: dict[str, str]
     program: str
     seconds: float
@@ -162,17 +163,18 @@ def judge(
     """
     start = time.perf_counter()
     comparisons = {}
-    measured: dict[Declared, tuple[Frame, Stability]] = {}
+    groups: dict[Declared, list[_Answered]] = {}
     for answer in answers:
-        error = replace(answer.declared, derivation="")
-        if error not in measured:
-            measured[error] = measure(scene, error, names)
-        ours, stability = measured[error]
-        theirs = read_frame(answer.frame)
-        comparison = compare(scene, ours, stability, theirs, answer.unsupported)
-        name = answer.reference
-        evidence = Evidence(scene, name, ours, theirs, stability, comparison)
-        comparisons[name] = (comparison.checks, digest(evidence) if digest else None)
+        groups.setdefault(replace(answer.declared, derivation=""), []).append(answer)
+    for error, alike in groups.items():
+        given = {name for answer in alike for name in answer.given}
+        ours, stability = measure(scene, error, given.intersection(names))
+        for answer in alike:
+            theirs = read_frame(answer.frame)
+            comparison = compare(scene, ours, stability, theirs, answer.unsupported, names)
+            name = answer.reference
+            evidence = Evidence(scene, name, ours, theirs, stability, comparison)
+            comparisons[name] = (comparison.checks, digest(evidence) if digest else None)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     return _Verdict(comparisons, time.perf_counter() - start, peak)
 
@@ -203,6 +205,7 @@ def render_by(reference: Reference, scene: Scene, room: Path) -> _Answered:
         reference.name,
         reference.declare(scene),
         str(path),
+        tuple(rendering.frame),
         dict(rendering.unsupported),
         rendering.program,
         seconds,
