@@ -20,13 +20,14 @@ from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene, Sphere, atlas_names
 from minirt.screen import ViewFrame, VirtualScreen
+from minirt.shading import Surfaces
 from minirt.shapes.polygon import PolygonHits
 from minirt.shapes.triangle import Meeting, TriangleHits
 from minirt.vectors import Bools, Floats, dot, norm, unit
 
 NAMES = atlas_names()
-#: Pictures are compared at a quarter of the size; 3 pixels there are some 50 of the whole image.
-NX, NY, LEAST_PIXELS = 64, 48, 3
+#: Pictures are compared at a smaller size; 2 pixels there are some 80 of the whole image.
+NX, NY, LEAST_PIXELS = 40, 30, 2
 #: float32's rounding, which one relative error of a right renderer may reach, times 16.
 SAME = 2.0**-20
 
@@ -124,10 +125,10 @@ def short_fan(*given: Any) -> PolygonHits:
 
 
 def light_not_negated(travel: Floats) -> Floats:
-    return travel / norm(travel)
+    return unit(travel)
 
 
-def flat_color(surface: Any, *_: Any) -> Floats:
+def flat_color(surface: Surfaces, *_: Any) -> Floats:
     return surface.ambient + surface.diffuse
 
 
