@@ -6,6 +6,7 @@ import importlib.util
 import shutil
 import subprocess
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,7 @@ def _run(scene: Path, image: Path) -> None:
         )
 
 
+@cache
 def _version() -> str:
     """The first line of the command's help: name and version."""
     result = subprocess.run(
