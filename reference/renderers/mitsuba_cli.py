@@ -23,7 +23,7 @@ from reference.renderers.mitsuba_errors import declared
 from reference.renderers.pixel_arrays import PixelArrays, direction_lengths
 from reference.source import Declared, Rendering, Unsupported
 
-#: Seconds for one image. An object costs the integrator some 3 ns a pixel: 1,000 of them on a
+#: Seconds for one image. An object costs the integrator some 50 ns a pixel: 1,000 of them on a
 #: million pixels take a minute.
 TIMEOUT = 600.0
 
