@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from minirt.errors import InputError
-from minirt.schema import LARGEST
+from minirt.schema import LARGEST, SMALLEST
 from minirt.vectors import Floats
 
 
@@ -41,15 +41,23 @@ def vectors(**named: ArrayLike) -> tuple[list[Floats], bool]:
 
 
 def nonzero(**named: ArrayLike) -> None:
-    """Refuse zero vectors among vectors (3,) or (3, n).
+    """Refuse vectors (3,) or (3, n) that are zero, or so short that their squares would be.
 
     Raises
     ------
     InputError
     """
     for name, value in named.items():
-        if not (_array(value, name) != 0).any(axis=0).all():
+        largest = float(np.abs(_array(value, name)).max(axis=0).min(initial=np.inf))
+        if largest == 0:
             raise InputError("a direction is the zero vector", where=name)
+        if largest < SMALLEST:
+            raise InputError(
+                "a direction is too short",
+                where=name,
+                got=f"components up to {largest:g}",
+                expected=f"one of at least {SMALLEST:g}",
+            )
 
 
 def rays(P0: ArrayLike, d: ArrayLike) -> tuple[Floats, Floats, bool]:
@@ -68,9 +76,7 @@ def numbers(value: ArrayLike, name: str, n: int) -> Floats:
     """
     array = _array(value, name)
     if array.ndim > 1 or array.size not in (1, n):
-        raise InputError(
-            "neither one number nor one a ray", where=name, got=f"shape {array.shape}"
-        )
+        raise InputError("neither one number nor one a ray", where=name, got=f"shape {array.shape}")
     if not np.isfinite(array).all():
         raise InputError("a number is not finite", where=name)
     return np.broadcast_to(array.reshape(-1), (n,))
