@@ -1,0 +1,79 @@
+"""The colours of pictures: 8-bit sRGB palettes, none of which relies on hue alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from minirt.vectors import Floats
+
+Bytes = NDArray[np.uint8]
+
+
+def palette(*codes: str) -> Bytes:
+    """Colours (n, 3) from hexadecimal codes."""
+    return np.array([list(bytes.fromhex(code)) for code in codes], dtype=np.uint8)
+
+
+#: Where a quantity has no value.
+NOTHING = palette("dfe2e7")[0]
+
+#: Values −1, 0, 1 of a mask: no value, no, yes.
+MASKS: dict[str, Bytes] = {
+    "hit": palette("dfe2e7", "dfe2e7", "2f6fb5"),
+    "shadow": palette("dfe2e7", "ffd873", "26365c"),
+    "tir": palette("dfe2e7", "7fb6dd", "7a3b00"),
+}
+
+#: Objects and faces, again and again; neighbours differ in lightness too.
+CATEGORIES = palette(
+    "0072b2", "f0b83c", "1b4d3e", "e08bb4", "56b4e9", "8c3b12",
+    "9bd3ae", "4b2a7b", "d55e00", "c9c3f0", "00735c", "f4e27a",
+)  # fmt: skip
+
+#: Upper bounds of error over tolerance in each of the bands below; what is more is in the last.
+BOUNDS: tuple[float, ...] = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 16.0)
+
+#: Colours of the bands, in even steps of lightness: blue up to 1, orange and above beyond it.
+BANDS = palette(
+    "0a1826", "123350", "1b4d7c", "2a6eae", "5b9fdc",
+    "ee8520", "f6ab55", "fccf8f", "fff2d6",
+)  # fmt: skip
+
+#: The two stripes of the hatching over uncertain pixels, and the line around wrong ones.
+HATCH = palette("8d9096", "b9bcc2")
+RING = palette("ff6a13")
+
+#: Ten colours of equal perceived distance; matplotlib's viridis, which is in the public domain.
+_VIRIDIS = palette(
+    "440154",
+    "482878",
+    "3e4989",
+    "31688e",
+    "26828e",
+    "1f9e89",
+    "35b779",
+    "6ece58",
+    "b5de2b",
+    "fde725",
+)
+
+
+def viridis(levels: int) -> Bytes:
+    """Colours (levels, 3) from dark violet to light yellow."""
+    at = np.linspace(0, len(_VIRIDIS) - 1, levels)
+    knots = np.arange(len(_VIRIDIS))
+    channels = [np.interp(at, knots, _VIRIDIS[:, k]) for k in range(3)]
+    return np.rint(np.stack(channels, axis=1)).astype(np.uint8)
+
+
+def band_of(ratio: Floats) -> NDArray[np.intp]:
+    """Number of the band that error over tolerance falls in."""
+    return np.searchsorted(np.array(BOUNDS), ratio, side="left")
+
+
+def css(color: Any) -> str:
+    """A colour (3,) as CSS writes it."""
+    return "#" + bytes(color).hex()

@@ -1,0 +1,94 @@
+"""What a worker process makes of a comparison while its arrays are at hand: pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minirt.quantities import QUANTITIES
+from reference.compare import Check
+from reference.verify import Evidence
+from reports.pictures import Span, ratio_png, shrunk, span_of, value_png
+
+#: Largest sides, in pixels, of a passing quantity's pictures, and of a failing one's.
+THUMBNAIL = (128, 96)
+FULL = (512, 512)
+
+#: The scale of what needs none.
+_UNIT = Span(np.zeros(1), np.ones(1))
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """One quantity of one scene against one reference, as PNG files.
+
+    Attributes
+    ----------
+    ours, theirs, ratio : bytes
+        Values on one scale, and error over tolerance.
+    width, height : int
+        Of each picture, in pixels.
+    factor : int
+        Pixels of the image to one of the pictures, each way.
+    low, high : float or None
+        What the ends of the scale stand for, where it is one of lengths.
+    clipped : bool
+        Whether larger values than `high` occur.
+    """
+
+    ours: bytes
+    theirs: bytes
+    ratio: bytes
+    width: int
+    height: int
+    factor: int
+    low: float | None
+    high: float | None
+    clipped: bool
+
+
+def pictures_of(evidence: Evidence) -> dict[str, Pictures]:
+    """Pictures by quantity, of every quantity that was compared. A `Digest`."""
+    return {
+        check.quantity: _draw(check, evidence)
+        for check in evidence.comparison.checks
+        if check.quantity in evidence.comparison.ratio
+    }
+
+
+def _draw(check: Check, evidence: Evidence) -> Pictures:
+    name = check.quantity
+    ours, theirs = evidence.ours[name], evidence.theirs[name]
+    ny, nx = evidence.ours.size
+    factor = shrink_factor(nx, ny, FULL if deserves_full(check) else THUMBNAIL)
+    scaled = has_scale(name)
+    span = span_of(ours, theirs) if scaled or name == "position" else _UNIT
+    small = shrunk(ours, factor)
+    return Pictures(
+        ours=value_png(name, small, span),
+        theirs=value_png(name, shrunk(theirs, factor), span),
+        ratio=ratio_png(evidence.comparison.ratio[name], factor),
+        width=small.shape[1],
+        height=small.shape[0],
+        factor=factor,
+        low=float(span.low[0]) if scaled else None,
+        high=float(span.high[0]) if scaled else None,
+        clipped=span.clipped,
+    )
+
+
+def has_scale(name: str) -> bool:
+    """Whether a quantity's picture needs a scale with numbers."""
+    quantity = QUANTITIES[name]
+    return not quantity.discrete and quantity.components == 1
+
+
+def deserves_full(check: Check) -> bool:
+    """A failing quantity is shown pixel by pixel, unless an earlier stage is the one to look at."""
+    return check.state == "failed" and (check.first_wrong > 0 or check.wrong == 0)
+
+
+def shrink_factor(nx: int, ny: int, largest: tuple[int, int]) -> int:
+    """The least whole number that brings an image within the sides."""
+    return max(1, -(-nx // largest[0]), -(-ny // largest[1]))

@@ -1,0 +1,59 @@
+"""`junit.xml`: one test case per scene, reference and quantity, as CI systems read them."""
+
+from __future__ import annotations
+
+from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
+
+from reference.compare import Check
+from reference.verify import ReferenceResult, SceneResult
+from reports.record import Run
+from reports.words import one_line, plain, worst_in_words
+
+
+def junit_xml(run: Run) -> str:
+    """The test report of a run.
+
+    A check that failed is a failure; a quantity not given or not supported is skipped, with the
+    reason; each case of a reference that crashed, timed out or is missing is an error. A missing
+    reference that is not required is skipped: it does not make the run red. What keeps a run
+    from being complete is one more case, so that a run of 0 scenes cannot be taken for a pass.
+    """
+    report = JUnitXml("minirt verify")
+    for result in run.results:
+        report.add_testsuite(_suite(result, run.required))
+    if run.verdict.troubles:
+        report.add_testsuite(_troubles(run))
+    report.update_statistics()
+    text: str = report.tostring().decode("utf-8")
+    return text
+
+
+def _suite(result: SceneResult, required: tuple[str, ...]) -> TestSuite:
+    suite = TestSuite(one_line(result.scene.name))
+    for answer in result.references:
+        must = answer.reference in required
+        suite.add_testcases([_case(suite.name, answer, check, must) for check in answer.checks])
+    suite.time = result.seconds + sum(answer.seconds for answer in result.references)
+    return suite
+
+
+def _case(scene: str, answer: ReferenceResult, check: Check, required: bool) -> TestCase:
+    case = TestCase(check.quantity, f"{scene}.{one_line(answer.reference)}")
+    message = f"{check.state}: {one_line(check.reason)}"
+    if check.state == "failed":
+        case.result = Failure(message, check.state)
+        case.result[0].text = f"{message}\nworst pixel {worst_in_words(check)}"
+    elif check.state in ("crashed", "timed out") or (check.state == "missing" and required):
+        case.result = Error(message, check.state)
+        case.result[0].text = plain(answer.output)
+    elif check.state != "passed":
+        case.result = Skipped(message, check.state)
+    return case
+
+
+def _troubles(run: Run) -> TestSuite:
+    suite = TestSuite("minirt verify")
+    case = TestCase("complete", "minirt verify")
+    case.result = [Error(one_line(trouble), "incomplete") for trouble in run.verdict.troubles]
+    suite.add_testcase(case)
+    return suite

@@ -1,0 +1,311 @@
+"""`report.html`: everything in one file that opens without a server or a network."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from minirt.quantities import QUANTITIES
+from reference.compare import CERTAIN_FLOOR, Check
+from reference.source import AlongRay, Declared, NormalOffset
+from reference.stability import KAPPA
+from reference.verify import ReferenceResult, SceneResult
+from reports.colors import BANDS, BOUNDS, CATEGORIES, HATCH, MASKS, NOTHING, RING, css, viridis
+from reports.digest import Pictures, deserves_full, has_scale
+from reports.findings import (
+    SceneState,
+    answer_state,
+    checks_of,
+    counts,
+    failing,
+    first_wrong_stage,
+    scene_counts,
+    scene_state,
+    silent,
+)
+from reports.page_cells import (
+    CAUSAL,
+    anchor,
+    facts,
+    kind,
+    matrix_row,
+    scene_headline,
+    stage_columns,
+)
+from reports.record import Run, programs
+from reports.rule_names import RULE_NAMES
+from reports.words import UNANSWERED, count, figure, icon, number, plain, worst_in_words
+
+#: Pixels of a picture to each side of the worst one in its enlargement, and CSS pixels to each.
+_AROUND, _ENLARGED = 7, 10
+#: Least width, in CSS pixels, to which small pictures are enlarged, by a whole number.
+_LEAST_WIDTH = 128
+
+#: Worst scenes first; scenes of the same state stay in the order in which they ran.
+_ORDER: tuple[SceneState, ...] = ("failed", "incomplete", "passed", "not compared")
+
+#: Words beside the colours of a mask's three values.
+_MASK_WORDS = {
+    "hit": ("", "nothing hit", "hit"),
+    "shadow": ("nothing hit", "lit", "in shadow"),
+    "tir": ("no index", "goes through", "totally reflected"),
+}
+
+
+def report_html(run: Run) -> str:
+    """The page of a run."""
+    environment = Environment(
+        loader=PackageLoader("reports"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=lambda value: plain(value) if type(value) is str else value,
+    )
+    pool = Pool()
+    ordered = _ordered(run.results)
+    page = environment.get_template("report.html.j2")
+    return page.render(
+        run=run,
+        names=_names(run),
+        stages=stage_columns(_names(run)),
+        quantities=QUANTITIES,
+        counts=counts(run.results),
+        scene_counts=scene_counts(run.results),
+        failing=_failing(run),
+        silent=silent(run.results),
+        scenes=[_scene(run, number, result, pool) for number, result in ordered],
+        rules=_rules(run),
+        programs=programs(run),
+        bands=_bands(),
+        hatch=[css(color) for color in HATCH],
+        ring=css(RING[0]),
+        viridis=[css(color) for color in viridis(16)],
+        kappa=f"{KAPPA:g}",
+        floor=f"{CERTAIN_FLOOR:.0%}",
+        pool=pool,
+        count=count,
+    )
+
+
+@dataclass
+class Pool:
+    """Pictures of a page, each stored once however often it is shown."""
+
+    names: dict[bytes, str] = field(default_factory=dict)
+
+    def name(self, png: bytes) -> str:
+        """The CSS class that shows a picture."""
+        return self.names.setdefault(png, f"p{len(self.names)}")
+
+    def rules(self) -> list[tuple[str, str]]:
+        """CSS classes with their pictures as base64."""
+        return [(name, base64.b64encode(png).decode()) for png, name in self.names.items()]
+
+
+def _names(run: Run) -> list[str]:
+    """The quantities that the run compared, in causal order."""
+    used = {check.quantity for check in checks_of(run.results)}
+    return [name for name in CAUSAL if name in used]
+
+
+def _failing(run: Run) -> list[dict[str, Any]]:
+    """A line for each failing check, faults before what follows from them."""
+    anchors = {id(result): anchor(k, result) for k, result in enumerate(run.results, start=1)}
+    return [
+        {
+            "href": f"#{anchors[id(result)]}-{check.quantity}",
+            "scene": result.scene.name,
+            "reference": answer.reference,
+            "quantity": check.quantity,
+            "kind": kind(check),
+            "what": f"{icon(check)} {figure(check)}",
+            "detail": worst_in_words(check) if check.wrong else check.reason,
+        }
+        for result, answer, check in failing(run.results)
+    ]
+
+
+def _ordered(results: Sequence[SceneResult]) -> list[tuple[int, SceneResult]]:
+    numbered = list(enumerate(results, start=1))
+    return sorted(numbered, key=lambda entry: _ORDER.index(scene_state(entry[1])))
+
+
+def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str, Any]:
+    """What the template needs to know of one scene."""
+    section = anchor(number_, result)
+    names = _names(run)
+    stage = first_wrong_stage(checks_of([result]))
+    return {
+        "id": section,
+        "scene": result.scene,
+        "state": scene_state(result),
+        "headline": scene_headline(result) + (f"; first wrong stage: {stage}" if stage else ""),
+        "rows": [matrix_row(answer, names, section) for answer in result.references],
+        "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
+        "answers": [_answer(answer) for answer in result.references],
+        "quantities": _quantities(result, section, pool),
+        "silent": _not_compared(result),
+        "seconds": result.seconds,
+        "memory": result.peak_memory / 2**20,
+    }
+
+
+def _answer(answer: ReferenceResult) -> dict[str, Any]:
+    state = answer_state(answer)
+    declared = answer.declared
+    return {
+        "name": answer.reference,
+        "program": answer.program,
+        "state": state,
+        "silent": state in UNANSWERED,
+        "reason": answer.checks[0].reason if state in UNANSWERED else "",
+        "output": answer.output.strip(),
+        "seconds": answer.seconds,
+        "declared": declared,
+        "errors": [] if declared is None else _errors(declared),
+    }
+
+
+def _errors(declared: Declared) -> list[tuple[str, str]]:
+    """A reference's declared error, name by value."""
+    return [
+        ("δ", number(declared.delta)),
+        ("vertices", number(declared.vertex)),
+        ("unit vectors", number(declared.angle)),
+        ("colour", number(declared.color) if declared.color else "gives none"),
+        ("secondary rays start", _start(declared.start)),
+    ]
+
+
+def _start(start: NormalOffset | AlongRay | None) -> str:
+    if start is None:
+        return "as minirt's, at ε"
+    if isinstance(start, AlongRay):
+        return f"on the surface, at {number(start.length)} along the ray"
+    return f"off the surface, {number(start.factor)}·(1 + max|p|) along the normal"
+
+
+def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str, Any]]:
+    """The quantities of which there are pictures, failing ones first, faults before the rest."""
+    shown = []
+    for name in CAUSAL:
+        entries = [
+            _entry(answer, check, answer.digest[name], pool)
+            for answer in result.references
+            for check in answer.checks
+            if check.quantity == name and name in (answer.digest or {})
+        ]
+        if entries:
+            rank = min(entry["rank"] for entry in entries)
+            shown.append(
+                {
+                    "id": f"{section}-{name}",
+                    "quantity": QUANTITIES[name],
+                    "entries": sorted(entries, key=lambda entry: entry["rank"]),
+                    "rank": rank,
+                    "legend": _legend(name),
+                }
+            )
+    return sorted(shown, key=lambda entry: entry["rank"])
+
+
+def _entry(answer: ReferenceResult, check: Check, pictures: Pictures, pool: Pool) -> dict[str, Any]:
+    kinds = ("failed", "follows", "passed", "empty")
+    shown = ((answer.reference, pictures.theirs), ("error ÷ tolerance", pictures.ratio))
+    return {
+        "reference": answer.reference,
+        "kind": kind(check),
+        "rank": kinds.index(kind(check)),
+        "icon": icon(check),
+        "figure": figure(check),
+        "state": check.state,
+        "facts": facts(check),
+        "pictures": [
+            (caption, pool.name(png), _alternative(caption, check))
+            for caption, png in (("minirt", pictures.ours), *shown)
+        ],
+        "width": pictures.width * max(1, _LEAST_WIDTH // pictures.width),
+        "ratio": f"{pictures.width} / {pictures.height}",
+        "scale": _scale(pictures) if has_scale(check.quantity) else None,
+        "zoom": _zoom(check, pictures) if deserves_full(check) and check.wrong else None,
+    }
+
+
+def _alternative(caption: str, check: Check) -> str:
+    if caption == "error ÷ tolerance" and check.wrong and check.worst:
+        at = f"({check.worst.column}, {check.worst.row})"
+        return f"{check.quantity}: {count(check.wrong, 'wrong pixel')}, the worst at {at}"
+    return f"{check.quantity}, {caption}"
+
+
+def _scale(pictures: Pictures) -> tuple[str, str]:
+    low, high = number(pictures.low or 0.0), number(pictures.high or 0.0)
+    return low, f"≥ {high}" if pictures.clipped else high
+
+
+def _zoom(check: Check, pictures: Pictures) -> dict[str, Any] | None:
+    """How CSS enlarges the surroundings of the worst pixel, without a second picture."""
+    if check.worst is None:
+        return None
+    column, row = (value // pictures.factor for value in (check.worst.column, check.worst.row))
+    return {
+        "at": f"({check.worst.column}, {check.worst.row})",
+        "side": (2 * _AROUND + 1) * _ENLARGED,
+        "size": f"{pictures.width * _ENLARGED}px {pictures.height * _ENLARGED}px",
+        "position": f"{(_AROUND - column) * _ENLARGED}px {(_AROUND - row) * _ENLARGED}px",
+        "pixels": 2 * _AROUND + 1,
+    }
+
+
+def _not_compared(result: SceneResult) -> list[tuple[str, str, str, str]]:
+    """Quantities that were not compared: their names by reference, state and reason."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for answer in result.references:
+        for check in answer.checks:
+            if check.state in ("not given", "not supported"):
+                key = (answer.reference, check.state, check.reason)
+                found.setdefault(key, []).append(check.quantity)
+    return [(*key, ", ".join(names)) for key, names in found.items()]
+
+
+def _legend(name: str) -> list[tuple[str, str]]:
+    """Colours with what they stand for; empty where a scale or a sentence says it."""
+    if name in MASKS:
+        return [
+            (css(c), word) for c, word in zip(MASKS[name], _MASK_WORDS[name], strict=True) if word
+        ]
+    if QUANTITIES[name].discrete:
+        first = [(css(CATEGORIES[k]), f"{k}") for k in range(4)]
+        return [(css(NOTHING), "none"), *first, ("", "… again from 12")]
+    return []
+
+
+def _bands() -> list[tuple[str, str, bool]]:
+    """Bands of error over tolerance: colour, upper bound, and whether it is beyond 1."""
+    words = [str(Fraction(bound)) for bound in BOUNDS] + ["∞"]
+    beyond = [bound > 1 for bound in BOUNDS] + [True]
+    return [(css(color), word, out) for color, word, out in zip(BANDS, words, beyond, strict=True)]
+
+
+def _rules(run: Run) -> list[dict[str, Any]]:
+    """A row for each rule: the scenes that list it, what checks it, how they ended."""
+    rows = []
+    for rule, name in RULE_NAMES.items():
+        scenes = [(k, r) for k, r in enumerate(run.results, start=1) if rule in r.scene.rules]
+        found = scene_counts(r for _, r in scenes)
+        rows.append(
+            {
+                "rule": rule,
+                "name": name,
+                "scenes": [(anchor(k, r), r.scene.name, scene_state(r)) for k, r in scenes],
+                "quantities": [q.name for q in QUANTITIES.values() if rule in q.rules],
+                "state": next((s for s in _ORDER if found[s]), "no scene"),
+            }
+        )
+    return rows

@@ -1,0 +1,173 @@
+"""Pictures of quantities: arrays in, small PNG files out."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from converters.srgb import srgb_codes
+from minirt.frame import Array
+from minirt.quantities import QUANTITIES
+from minirt.vectors import Bools, Floats
+from reports.colors import BANDS, CATEGORIES, HATCH, MASKS, NOTHING, RING, Bytes, band_of, viridis
+
+#: Steps of a picture of lengths: fine enough for the eye, and they compress.
+_LEVELS = 64
+#: Colours of a picture of vectors or of light.
+_COLORS = 96
+#: A picture's side per pixel of width of the line around wrong pixels, which stays clear of them.
+_SIDES_PER_LINE = 100
+
+
+@dataclass(frozen=True)
+class Span:
+    """The values that the ends of a colour scale stand for.
+
+    Attributes
+    ----------
+    low, high : (k,) float64
+        By component.
+    clipped : bool
+        Whether values beyond `high` occur: far outliers must not darken all the rest.
+    """
+
+    low: Floats
+    high: Floats
+    clipped: bool = False
+
+
+def span_of(*arrays: Array) -> Span:
+    """A common scale for several arrays (ny, nx) or (ny, nx, k); values of no number left out."""
+    columns = np.concatenate([a.reshape(a.shape[0] * a.shape[1], -1) for a in arrays])
+    finite = columns[np.isfinite(columns).all(axis=1)].astype(np.float64)
+    if not len(finite):
+        return Span(np.zeros(columns.shape[1]), np.ones(columns.shape[1]))
+    low, high = finite.min(axis=0), finite.max(axis=0)
+    usual = np.percentile(finite, 98, axis=0)
+    clipped = bool((high - low > 4 * (usual - low)).any() and (usual > low).all())
+    return Span(low, usual if clipped else high, clipped)
+
+
+def shrunk(array: Array, factor: int) -> Array:
+    """Every factor-th pixel, each a pixel of the original: nothing is mixed."""
+    rows, columns = (
+        np.minimum(np.arange(0, side, factor) + factor // 2, side - 1) for side in array.shape[:2]
+    )
+    return array[np.ix_(rows, columns)]
+
+
+def value_png(name: str, values: Array, span: Span) -> bytes:
+    """A picture of one quantity.
+
+    Parameters
+    ----------
+    name : str
+    values : (ny, nx) or (ny, nx, k) array
+        Of the quantity's own type.
+    span : Span
+        The scale, for lengths and positions; not used by the others.
+    """
+    if name in MASKS:
+        return _indexed(np.clip(values, -1, 1).astype(np.int64) + 1, MASKS[name])
+    if QUANTITIES[name].discrete:
+        colors = np.concatenate((CATEGORIES, NOTHING[None]))
+        return _indexed(np.where(values < 0, len(CATEGORIES), values % len(CATEGORIES)), colors)
+    if values.ndim == 2:
+        return _scalar(values, span)
+    given: Bools = np.asarray(np.isfinite(values).all(axis=2))
+    return _rgb(_channels(name, values, span), given)
+
+
+def ratio_png(ratio: Floats, factor: int = 1) -> bytes:
+    """A picture of error over tolerance in bands; wrong pixels outlined, uncertain ones hatched.
+
+    A pixel of the picture shows the worst of the factor × factor pixels that it stands for, so
+    that one wrong pixel shows however small the picture is.
+
+    Parameters
+    ----------
+    ratio : (ny, nx) float64
+        NaN where uncertain.
+    factor : int
+    """
+    wrong = _pooled(ratio > 1, factor)
+    uncertain = _pooled(np.isnan(ratio), factor) & ~wrong
+    index = band_of(_pooled(np.nan_to_num(ratio, nan=0.0, posinf=np.inf), factor))
+    rows, columns = np.indices(index.shape)
+    stripes = len(BANDS) + (rows + columns) // 2 % 2
+    index = np.where(uncertain, stripes, index)
+    index = np.where(_ring(wrong), len(BANDS) + len(HATCH), index)
+    return _indexed(index, np.concatenate((BANDS, HATCH, RING)))
+
+
+def _pooled(array: Array, factor: int) -> Array:
+    """The largest of each factor × factor block, the last ones of a row or column maybe smaller."""
+    ny, nx = array.shape
+    tall = np.maximum.reduceat(array, np.arange(0, ny, factor), axis=0)
+    return np.maximum.reduceat(tall, np.arange(0, nx, factor), axis=1)
+
+
+def _ring(wrong: Bools) -> Bools:
+    line = max(1, max(wrong.shape) // _SIDES_PER_LINE)
+    return _grown(wrong, 3 * line) & ~_grown(wrong, 2 * line)
+
+
+def _grown(mask: Bools, radius: int) -> Bools:
+    """A mask (ny, nx) and all within `radius` columns and rows of it."""
+    grown = mask.copy()
+    for axis in (0, 1):
+        before = grown.copy()
+        for step in range(1, radius + 1):
+            ahead = [slice(None), slice(None)]
+            behind = [slice(None), slice(None)]
+            ahead[axis], behind[axis] = slice(step, None), slice(None, -step)
+            grown[tuple(ahead)] |= before[tuple(behind)]
+            grown[tuple(behind)] |= before[tuple(ahead)]
+    return grown
+
+
+def _scalar(values: Array, span: Span) -> bytes:
+    width = float(span.high[0] - span.low[0]) or 1.0
+    finite = np.isfinite(values)
+    level = np.where(finite, np.where(finite, values, 0.0) - span.low[0], 0.0) / width
+    index = np.clip(np.rint(level * (_LEVELS - 1)), 0, _LEVELS - 1).astype(np.int64)
+    colors = np.concatenate((viridis(_LEVELS), NOTHING[None]))
+    return _indexed(np.where(finite, index, _LEVELS), colors)
+
+
+def _channels(name: str, values: Array, span: Span) -> Bytes:
+    """Vectors (ny, nx, k) as sRGB codes (ny, nx, 3)."""
+    if name == "color":
+        return srgb_codes(values)
+    if name == "barycentric":
+        share = np.concatenate((values, 1 - values.sum(axis=2, keepdims=True)), axis=2)
+    elif QUANTITIES[name].kind == "direction":
+        share = (values + 1) / 2
+    else:
+        width = np.where(span.high > span.low, span.high - span.low, 1.0)
+        share = (values - span.low) / width
+    clipped = np.clip(np.nan_to_num(share, nan=0.0, posinf=1.0, neginf=0.0), 0, 1)
+    codes: Bytes = np.rint(clipped * 255).astype(np.uint8)
+    return codes
+
+
+def _rgb(codes: Bytes, given: Bools) -> bytes:
+    image = Image.fromarray(np.where(given[..., None], codes, NOTHING).astype(np.uint8))
+    few = image.quantize(colors=_COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    return _png(few)
+
+
+def _indexed(index: NDArray[np.integer], colors: Bytes) -> bytes:
+    image = Image.fromarray(index.astype(np.uint8))
+    image.putpalette(colors.tobytes())
+    return _png(image)
+
+
+def _png(image: Image.Image) -> bytes:
+    stream = io.BytesIO()
+    image.save(stream, "PNG", optimize=True)
+    return stream.getvalue()

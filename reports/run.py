@@ -1,0 +1,114 @@
+"""One run of `minirt verify`: render, compare, decide, and leave every report behind."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Iterable, Sequence
+from pathlib import Path
+from tempfile import TemporaryFile
+
+from converters.atomic import atomic_file
+from minirt.errors import InputError
+from minirt.quantities import QUANTITIES
+from minirt.scene import Scene
+from reference.source import Reference
+from reference.verify import TIMEOUT, SceneResult, verify
+from reports.digest import pictures_of
+from reports.junit import junit_xml
+from reports.page import report_html
+from reports.provenance import provenance
+from reports.record import Run, results_json
+from reports.summary import summary_markdown
+from reports.verdict import decide
+
+#: Called with a result and the number of scenes when one more scene is done.
+Progress = Callable[[SceneResult, int], None]
+
+#: The files that a run leaves in its folder, and what makes each.
+REPORTS: dict[str, Callable[[Run], str]] = {
+    "results.json": results_json,
+    "junit.xml": junit_xml,
+    "summary.md": summary_markdown,
+    "report.html": report_html,
+}
+
+
+def run_verify(
+    scenes: Sequence[Scene],
+    references: Sequence[Reference],
+    out_dir: str | Path,
+    jobs: int = 2,
+    required: Collection[str] = (),
+    progress: Progress | None = None,
+    *,
+    timeout: float = TIMEOUT,
+    quantities: Iterable[str] = tuple(QUANTITIES),
+) -> Run:
+    """Compare minirt with references on scenes, and write the reports into a folder.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        None at all makes a run that failed, not one that passed.
+    references : sequence of Reference
+    out_dir : path
+        Made where it is not there; other files in it stay.
+    jobs : int
+        Processes of each kind, at least 1.
+    required : collection of str
+        Names of references without whose answer the run is incomplete.
+    progress : callable, optional
+        Called in this process for each scene, in order, with the number of all scenes.
+    timeout : float
+        Seconds that a reference may take for one scene.
+    quantities : iterable of str
+        What to compare.
+
+    Returns
+    -------
+    Run
+        With the verdict and the exit status.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written; nothing was rendered then.
+    """
+    folder = _made(Path(out_dir))
+    start, origin = time.perf_counter(), provenance()
+    results = []
+    for result in verify(scenes, references, jobs, pictures_of, timeout, quantities):
+        results.append(result)
+        if progress is not None:
+            progress(result, len(scenes))
+    names = [reference.name for reference in references]
+    run = Run(
+        results=tuple(results),
+        references=tuple(names),
+        required=tuple(sorted(required)),
+        verdict=decide(results, names, required),
+        provenance=origin,
+        seconds=time.perf_counter() - start,
+        folder=folder,
+    )
+    write_reports(run)
+    return run
+
+
+def write_reports(run: Run) -> None:
+    """Write every report of a run into its folder, each whole or not at all."""
+    for name, make in REPORTS.items():
+        with atomic_file(run.folder / name) as path:
+            path.write_text(make(run), encoding="utf-8", newline="\n")
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            return folder
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            "the reports cannot be written", where=repr(str(folder))[:300], got=reason
+        ) from None

@@ -1,0 +1,86 @@
+"""What a person sees in the terminal: the table, what fails, the report's path, the verdict."""
+
+from __future__ import annotations
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from reference.verify import ReferenceResult
+from reports.findings import Finding, Silence, answer_in_words, answer_state, failing, silent
+from reports.record import Run
+from reports.words import (
+    ICONS,
+    figure,
+    icon,
+    is_consequence,
+    one_line,
+    plain,
+    worst_in_words,
+)
+
+#: Failing cells that are listed one by one; the report has them all.
+MOST_LINES = 40
+
+_STYLES = {
+    "passed": "blue", "failed": "bold dark_orange", "crashed": "bold magenta",
+    "timed out": "bold magenta", "missing": "bold magenta", "not supported": "dim",
+    "not given": "dim",
+}  # fmt: skip
+
+
+def print_run(run: Run, console: Console) -> None:
+    """The table of scenes, a line for each failing cell, the report's path and the verdict."""
+    if run.results:
+        console.print(_table(run))
+    cells = list(failing(run.results))
+    for cell in cells[:MOST_LINES]:
+        _say(console, _failure(cell))
+    if len(cells) > MOST_LINES:
+        _say(console, Text(f"  … and {len(cells) - MOST_LINES} more in the report", "dim"))
+    for group in silent(run.results):
+        _silence(console, group)
+    _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
+    style = "bold blue" if run.exit_status == 0 else "bold dark_orange"
+    sign = ICONS["passed"] if run.exit_status == 0 else ICONS["failed"]
+    _say(console, Text(f"{sign} {one_line(run.verdict.sentence, 1000)}", style))
+
+
+def _say(console: Console, text: Text) -> None:
+    console.print(text, soft_wrap=True)
+
+
+def _table(run: Run) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("scene", overflow="fold")
+    for name in run.references:
+        table.add_column(Text(one_line(name)), overflow="fold")
+    for result in run.results:
+        table.add_row(Text(one_line(result.scene.name, 60)), *map(_answer, result.references))
+    return table
+
+
+def _answer(answer: ReferenceResult) -> Text:
+    state = answer_state(answer)
+    return Text(f"{ICONS[state]} {answer_in_words(answer)}", _STYLES[state])
+
+
+def _failure(cell: Finding) -> Text:
+    """One failing cell: where, how much, the worst pixel with both values."""
+    result, answer, check = cell
+    style = "dark_orange" if is_consequence(check) else _STYLES["failed"]
+    place = f"{one_line(result.scene.name)} × {answer.reference} × {check.quantity}"
+    detail = f"{figure(check)}; worst {worst_in_words(check)}" if check.wrong else check.reason
+    return Text.assemble((f"{icon(check)} {place}: ", style), detail)
+
+
+def _silence(console: Console, group: Silence) -> None:
+    """A reference that gave no answer: why, on which scenes, and its last lines of output."""
+    names = ", ".join(one_line(name, 60) for name in group.scenes[:3])
+    more = f" and {len(group.scenes) - 3} more" if len(group.scenes) > 3 else ""
+    head = f"{ICONS[group.state]} {group.reference}: {group.state}"
+    _say(console, Text.assemble((head, _STYLES[group.state]), f" on {names}{more}"))
+    _say(console, Text(f"    {one_line(group.reason)}"))
+    for line in [each for each in plain(group.output).splitlines() if each.strip()][-3:]:
+        _say(console, Text(f"    │ {one_line(line)}", "dim"))

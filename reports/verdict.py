@@ -1,0 +1,123 @@
+"""What a run's results amount to: a verdict in one sentence, counts, and the exit status."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from reference.verify import SceneResult
+from reports.findings import checks_of, first_wrong_stage, scene_counts, scene_state, worst_check
+from reports.words import COMPARED, UNANSWERED, count, one_line, share, times
+
+Outcome = Literal["passed", "failed", "incomplete", "empty"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a run ended.
+
+    Attributes
+    ----------
+    outcome : str
+        passed; failed (a check failed); incomplete (a reference that should have answered did
+        not, or nothing was compared); empty (no scene).
+    exit_status : int
+        0 passed, 1 failed, 2 empty, 3 incomplete. A failed check outweighs a missing answer.
+    sentence : str
+        For people; begins with PASS, FAIL or INCOMPLETE.
+    troubles : tuple of str
+        Each thing that keeps the run from being complete, in a sentence.
+    """
+
+    outcome: Outcome
+    exit_status: int
+    sentence: str
+    troubles: tuple[str, ...]
+
+
+def decide(
+    results: Sequence[SceneResult], references: Sequence[str], required: Iterable[str]
+) -> Verdict:
+    """The verdict on a run.
+
+    Parameters
+    ----------
+    results : sequence of SceneResult
+    references : sequence of str
+        Names of those that were chosen.
+    required : iterable of str
+        Names of those without whose answer the run is incomplete.
+    """
+    if not results:
+        sentence = "FAIL: no scene was chosen, so nothing was compared"
+        return Verdict("empty", 2, sentence, ("no scene was chosen",))
+    troubles = tuple(_troubles(results, references, set(required)))
+    also = "".join(f"; {trouble}" for trouble in troubles)
+    if any(scene_state(result) == "failed" for result in results):
+        return Verdict("failed", 1, _failure(results) + also, troubles)
+    if troubles:
+        return Verdict("incomplete", 3, "INCOMPLETE: " + "; ".join(troubles), troubles)
+    return Verdict("passed", 0, _success(results), ())
+
+
+def _troubles(
+    results: Sequence[SceneResult], references: Sequence[str], required: set[str]
+) -> Iterator[str]:
+    for name in sorted(required - set(references)):
+        yield f"{name} is required and was not chosen"
+    answered = False
+    for name in references:
+        answers = [a for result in results for a in result.references if a.reference == name]
+        compared = any(check.state in COMPARED for a in answers for check in a.checks)
+        answered |= compared
+        troubled = {
+            state: [a for a in answers if any(c.state == state for c in a.checks)]
+            for state in UNANSWERED
+        }
+        for state in ("crashed", "timed out"):
+            if troubled[state]:
+                yield f"{name} {state} on {_of(len(troubled[state]), len(results))}"
+        if name in required and troubled["missing"]:
+            yield f"{name} is missing ({one_line(troubled['missing'][0].checks[0].reason, 160)})"
+        elif name in required and not compared and not any(troubled.values()):
+            yield f"{name} compared nothing"
+    if not answered:
+        yield "no reference compared anything"
+
+
+def _of(some: int, all_: int) -> str:
+    return f"{some} of {count(all_, 'scene')}"
+
+
+def _failure(results: Sequence[SceneResult]) -> str:
+    failed = scene_counts(results)["failed"]
+    stage = first_wrong_stage(checks_of(results))
+    why = (
+        f"first wrong stage: {stage}" if stage else "no pixel is wrong, but a floor is not reached"
+    )
+    return f"FAIL: {_of(failed, len(results))}; {why}"
+
+
+def _success(results: Sequence[SceneResult]) -> str:
+    by_state = scene_counts(results)
+    names = [
+        name
+        for name in dict.fromkeys(a.reference for r in results for a in r.references)
+        if any(
+            check.state == "passed"
+            for r in results for a in r.references if a.reference == name for check in a.checks
+        )
+    ]  # fmt: skip
+    text = f"PASS: {count(by_state['passed'], 'scene')} agree with {' and '.join(names)}"
+    if by_state["passed"] == 1:
+        text = text.replace(" agree ", " agrees ")
+    checks = [check for check in checks_of(results) if check.state == "passed"]
+    certain = share(sum(c.certain for c in checks), sum(c.pixels for c in checks))
+    text += f"; no wrong pixel among the {certain} that are certain"
+    worst = worst_check(checks)
+    if worst is not None:
+        text += f", largest error {times(worst.ratio or 0.0)} its tolerance ({worst.quantity})"
+    if by_state["not compared"]:
+        text += f"; {count(by_state['not compared'], 'scene')} not compared"
+    return text
