@@ -13,13 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.vectors import Floats
+from minirt.vectors import Floats, norm
 
 _WIDTH = 8
 #: Boxes grow by this share of the largest coordinate in play: some 4,000 times the rounding of it.
 _PAD = 2.0**-40
 #: Stands in for the reciprocal of a component that is zero; times any legal length it is finite.
 _FLAT = 1e-250
+#: Sine of the angle below which a plane's crossing is not trusted to cull.
+_GRAZING = 2.0**-8
 
 Index = NDArray[np.intp]
 
@@ -129,6 +131,38 @@ def visit(
             chosen = np.flatnonzero(meets[:, child])
             if len(chosen):
                 stack.append((node.children[child], rays[chosen], near[chosen, child]))
+
+
+def may_cross(
+    P0: Floats, d: Floats, offset: Floats, N: Floats, lower: Floats, upper: Floats
+) -> NDArray[np.bool_]:
+    """Whether n rays may meet flat things where these lie: in their plane and within their box.
+
+    The planes X·N = offset are met with matrix products, which round as they like: the point met
+    is then known to 2⁻⁴¹ of the distances in play, less than what the boxes are padded by, unless
+    the plane is met at a small angle; there the answer is yes.
+
+    Parameters
+    ----------
+    P0, d : (3, n) float64
+    offset : (c,) float64
+    N, lower, upper : (3, c) float64
+        Normals of any length, and the corners of the boxes.
+
+    Returns
+    -------
+    (n, c) bool
+    """
+    reach = float(max(np.abs(lower).max(), np.abs(upper).max()))
+    pad = _padding(P0, reach)
+    slope = d.T @ N
+    steep = np.abs(slope) > _GRAZING * np.outer(norm(d), norm(N))
+    t = (offset - P0.T @ N) / np.where(steep, slope, 1.0)
+    within = np.ones(t.shape, dtype=np.bool_)
+    for k in range(3):
+        X = P0[k][:, None] + t * d[k][:, None]
+        within &= (X >= lower[k] - pad) & (X <= upper[k] + pad)
+    return within | ~steep
 
 
 def _box_span(

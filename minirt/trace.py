@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.bvh import Index, Tree, reciprocal, visit
+from minirt.bvh import Index, Tree, may_cross, reciprocal, visit
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import SLIDES, Rules
 from minirt.shapes.triangle import Meeting
@@ -158,19 +158,34 @@ class _Query:
 
     def _triangles(self, rays: Index, which: Index) -> Hits:
         tri = self.geometry.triangles
-        P0, d = self.P0[:, rays, None], self.d[:, rays, None]
-        t0, t1 = self.t0[rays, None], self.t1[rays, None]
-        a, b, c, N = (v[:, None, which] for v in (tri.a, tri.b, tri.c, tri.N))
-        met = self.rules.triangle(P0, d, a, b, c, N)
-        counts = (met.case == Meeting.INSIDE) & self.rules.in_interval(met.t, t0, t1)
-        t = np.where(counts, met.t, np.inf)
+        shape = (len(rays), len(which))
+        t, beta, gamma = np.full(shape, np.inf), np.full(shape, np.nan), np.full(shape, np.nan)
+        pair = self._triangle_pairs(rays, which)
+        some, of = rays[pair[0]], which[pair[1]]
+        met = self.rules.triangle(
+            self.P0[:, some], self.d[:, some],
+            tri.a[:, of], tri.b[:, of], tri.c[:, of], tri.N[:, of],
+        )  # fmt: skip
+        counts = self.rules.in_interval(met.t, self.t0[some], self.t1[some])
+        t[pair] = np.where(counts & (met.case == Meeting.INSIDE), met.t, np.inf)
+        beta[pair], gamma[pair] = met.beta, met.gamma
         t = self._but(t, rays, tri.object[which], tri.face[which])
         first = t.argmin(axis=1)
         cell = (np.arange(len(rays)), first)
         found = which[first]
-        return Hits(
-            t[cell], tri.object[found], tri.face[found], met.beta[cell], met.gamma[cell]
-        )
+        return Hits(t[cell], tri.object[found], tri.face[found], beta[cell], gamma[cell])
+
+    def _triangle_pairs(self, rays: Index, which: Index) -> tuple[Index, ...]:
+        """Places in rays and in which of the pairs that the kernel is to decide."""
+        if not self._culls():
+            return np.nonzero(np.ones((len(rays), len(which)), dtype=np.bool_))
+        tri = self.geometry.triangles
+        return np.nonzero(
+            may_cross(
+                self.P0[:, rays], self.d[:, rays], tri.offset[which],
+                tri.N[:, which], tri.lower[:, which], tri.upper[:, which],
+            )
+        )  # fmt: skip
 
     def _polygons(self, rays: Index, which: Index) -> Hits:
         for number in which[:-1]:
@@ -180,7 +195,7 @@ class _Query:
     def _polygon(self, rays: Index, polygon: Polygon) -> Hits:
         found = Hits.none(rays.shape)
         if self._culls():
-            some = self._in_plane(rays, polygon)
+            some = self._near_polygon(rays, polygon)
         else:
             some = np.arange(len(rays))
         if not len(some):
@@ -199,11 +214,13 @@ class _Query:
         found.put(some, Hits(t, object_, met.triangle, met.beta, met.gamma))
         return found
 
-    def _in_plane(self, rays: Index, polygon: Polygon) -> Index:
-        """Which of the rays meet the polygon's plane where it can matter: S10 asked first."""
-        corner, p = polygon.facets.corners[0][:, :1], polygon.facets.plane
-        t = self.rules.plane(self.P0[:, rays], self.d[:, rays], corner, p)
-        return np.flatnonzero((t >= self.t0[rays]) & (t <= self.limit[rays]))
+    def _near_polygon(self, rays: Index, polygon: Polygon) -> Index:
+        """Which of the rays the kernel is to decide."""
+        p = polygon.facets.plane
+        cross = may_cross(
+            self.P0[:, rays], self.d[:, rays], polygon.offset, p, polygon.lower, polygon.upper
+        )
+        return np.flatnonzero(cross[:, 0])
 
     def _but(self, t: Floats, rays: Index, object_: Ints, face: Ints | np.int32) -> Floats:
         """t (rays, primitives) without the face that each ray is to pass over."""

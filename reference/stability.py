@@ -1,14 +1,15 @@
 """How far the exact answer itself moves under another renderer's declared error.
 
-Each pixel is traced five times: as the lecture says, and four times with every ray that is cast
-(primary, shadow, reflected, refracted) moved sideways by √2·δ, in four directions perpendicular to
-it. The factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of
-the four, whatever its direction. In those four, secondary rays start the way the other renderer
-starts them, and facets are tilted by what the rounding of their vertices can turn them. One of
-the four also answers with the runner-up where a second surface lies within the error of the first
-(coplanar or touching surfaces), since the other renderer may well see that one.
+Each pixel is traced six times. Once as the lecture says; once with secondary rays started the way
+the other renderer starts them; and four times with, besides, every ray that is cast (primary,
+shadow, reflected, refracted) moved sideways by √2·δ, in four directions perpendicular to it. The
+factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of the
+four, whatever its direction. In those four, facets are tilted by what the rounding of their
+vertices can turn them. One of the four also answers with the runner-up where a second surface
+lies within the error of the first (coplanar or touching surfaces), since the other renderer may
+well see that one.
 
-A discrete quantity is certain where all five agree; a continuous one where the discrete answers
+A discrete quantity is certain where all six agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
 the largest movement seen.
 """
@@ -110,8 +111,9 @@ def measure(
     levers = _levers(exact.geometry)
     sink = _Sink(scene, judged)
     runs = [tiles(exact, {*frame, *links})]
-    for k in range(4):
-        runs.append(tiles(Displaced(scene, declared, levers, k), {*judged, *links}))
+    others = [Restarted(scene, declared)] if declared.start else []
+    others += [Displaced(scene, declared, levers, k) for k in range(4)]
+    runs += [tiles(other, {*judged, *links}) for other in others]
     for base, *moved in zip(*runs, strict=True):
         start, stop, tile = base
         fill(frame, start, stop, tile)
@@ -154,8 +156,25 @@ class _Sink:
                 self.tolerance[name].reshape(-1)[start:stop] = allowed
 
 
-class Displaced(Whitted):
-    """The lecture's algorithm with every ray moved sideways by √2·δ, in direction k of four.
+class Restarted(Whitted):
+    """The lecture's algorithm with secondary rays started as another renderer starts them."""
+
+    def __init__(self, scene: Scene, declared: Declared) -> None:
+        super().__init__(scene)
+        self.declared = declared
+
+    def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
+        """Where the other renderer starts."""
+        start = self.declared.start
+        if isinstance(start, NormalOffset):
+            return _off_surface(points, direction, start), 0.0
+        if isinstance(start, AlongRay):
+            return points.M, start.length
+        return super().secondary_start(points, direction)
+
+
+class Displaced(Restarted):
+    """The same, with every ray moved sideways by √2·δ, in direction k of four.
 
     Parameters
     ----------
@@ -167,8 +186,8 @@ class Displaced(Whitted):
     """
 
     def __init__(self, scene: Scene, declared: Declared, levers: Levers, k: int) -> None:
-        super().__init__(scene)
-        self.declared, self.levers, self.k = declared, levers, k
+        super().__init__(scene, declared)
+        self.levers, self.k = levers, k
         self.step = 2.0**0.5 * declared.delta
 
     def primary_origin(self, d: Floats) -> Floats:
@@ -177,12 +196,7 @@ class Displaced(Whitted):
 
     def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
         """Where the other renderer starts, moved sideways."""
-        start, origin = self.declared.start, points.M
-        t0 = self.epsilon
-        if isinstance(start, NormalOffset):
-            origin, t0 = _off_surface(points, direction, start), 0.0
-        elif isinstance(start, AlongRay):
-            t0 = start.length
+        origin, t0 = super().secondary_start(points, direction)
         return origin + self.step * sideways(direction, self.k), t0
 
     def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
