@@ -65,7 +65,7 @@ def refracted_direction(delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> F
     Source: S16, E1, E2.
     """
     cosine = dot(delta, s)
-    s = np.where(cosine < 0, -s, s)
+    s = np.where(cosine <= 0, -s, s)
     cosine = np.abs(cosine)
     ratio = nu / nu_t
     radicand = 1.0 - ratio * ratio * (1.0 - cosine * cosine)
@@ -142,7 +142,7 @@ def refract(delta: ArrayLike, s: ArrayLike, nu: ArrayLike, nu_t: ArrayLike) -> F
     """
     (delta_, s_), single = vectors(delta=delta, s=s)
     nonzero(delta=delta, s=s)
-    n = max(delta_.shape[1], np.size(nu), np.size(nu_t))
+    n = next((k for k in (delta_.shape[1], np.size(nu), np.size(nu_t)) if k != 1), 1)
     indices = [numbers(nu, "nu", n), numbers(nu_t, "nu_t", n)]
     if not all((index > 0).all() for index in indices):
         raise InputError("an index of refraction must be positive", where="nu, nu_t")
