@@ -69,14 +69,15 @@ def polygon_hit(
     t = plane(P0, d, a[:, :1], p)
     index = np.full(n, -1, dtype=np.int32)
     beta, gamma = np.full(n, np.nan), np.full(n, np.nan)
+    pending = np.arange(n)
     for k in range(a.shape[1]):
         one = slice(k, k + 1)
         meeting = triangle(P0, d, a[:, one], b[:, one], c[:, one], fan_normals[:, one])
-        held = (meeting.case == Meeting.INSIDE) & (index < 0)
-        t = np.where(held & np.isinf(t), meeting.t, t)
-        t = within_span(t, held, P0, d, a[:, one], b[:, one], c[:, one], p)
-        index[held] = k
-        beta[held], gamma[held] = meeting.beta[held], meeting.gamma[held]
+        held = meeting.case == Meeting.INSIDE
+        chosen, open_ = pending[held], ~held
+        index[chosen] = k
+        beta[chosen], gamma[chosen] = meeting.beta[held], meeting.gamma[held]
+        pending, P0, d = pending[open_], P0[:, open_], d[:, open_]
     return PolygonHits(np.where(index >= 0, t, np.inf), index, beta, gamma)
 
 
