@@ -75,7 +75,9 @@ def polygon_hit(
         meeting = triangle(P0, d, a[:, one], b[:, one], c[:, one], fan_normals[:, one])
         held = meeting.case == Meeting.INSIDE
         chosen, open_ = pending[held], ~held
-        index[chosen] = k
+        now = np.where(held & np.isinf(t[pending]), meeting.t, t[pending])
+        now = within_span(now, held, P0, d, a[:, one], b[:, one], c[:, one], p)
+        t[pending], index[chosen] = now, k
         beta[chosen], gamma[chosen] = meeting.beta[held], meeting.gamma[held]
         pending, P0, d = pending[open_], P0[:, open_], d[:, open_]
     return PolygonHits(np.where(index >= 0, t, np.inf), index, beta, gamma)
