@@ -107,15 +107,16 @@ def _misused(error: typer.TyperException, as_json: bool) -> int:
 
 def _failed(error: Exception, as_json: bool) -> int:
     from minirt.errors import MinirtError
+    from reports.words import plain
 
     if os.environ.get("MINIRT_DEBUG"):
         traceback.print_exception(error)
     if isinstance(error, MinirtError):
         parts = {name: getattr(error, name) for name in ("what", "where", "got", "expected")}
-        return _say(str(error), parts, "", error.exit_status, as_json)
+        return _say(plain(str(error)), parts, "", error.exit_status, as_json)
     text = f"a mistake in minirt itself: {type(error).__name__}: {error}"
     hint = "MINIRT_DEBUG=1 shows where; please report it"
-    return _say(text, {"what": text}, hint, 3, as_json)
+    return _say(plain(text), {"what": text}, hint, 3, as_json)
 
 
 def _say(text: str, parts: dict[str, str], hint: str, status: int, as_json: bool) -> int:

@@ -19,11 +19,12 @@ def explain(
 ) -> None:
     """Show the algorithm's own steps at one pixel, with the numbers."""
     import minirt
-    from minirt.explain import explain as steps_of
-    from reports.explain_text import print_steps
+    from minirt.explain import explain as explanation_of
 
-    explanation = steps_of(minirt.load_scene(scene), *pixel)
+    explanation = explanation_of(minirt.load_scene(scene), *pixel)
     if json:
-        print_json(explanation.document())
+        print_json(explanation.to_dict())
     else:
-        print_steps(explanation)
+        from reports.explain_text import print_explanation
+
+        print_explanation(explanation)

@@ -54,7 +54,7 @@ def render(
         loaded = resized(loaded, size)
     names = _chosen(quantities, out)
     begin = time.perf_counter()
-    with progress(loaded.name) as tell:
+    with progress("render") as tell:
         frame = minirt.render(loaded, quantities=names, progress=tell)
     seconds = time.perf_counter() - begin
     writer(out, names)(frame)
@@ -111,6 +111,8 @@ def _chosen(quantities: str | None, out: str) -> tuple[str, ...] | None:
 
 
 def _report(frame: Frame, out: str, seconds: float, json: bool) -> None:
+    from reports.words import count, one_line
+
     ny, nx = frame.size
     megapixels = nx * ny / 1e6
     document: dict[str, Any] = {
@@ -126,9 +128,9 @@ def _report(frame: Frame, out: str, seconds: float, json: bool) -> None:
     }
     if json:
         print_json(document)
-    count = f"{len(frame)} quantities" if len(frame) > 1 else next(iter(frame))
+    what = next(iter(frame)) if len(frame) == 1 else count(len(frame), "quantity", "quantities")
     people().print(
-        f"{out}: {frame.meta['scene']}, {nx} × {ny}, {count}; "
+        f"{one_line(out)}: {one_line(frame.meta['scene'])}, {nx} × {ny}, {what}; "
         f"{seconds:.2f} s, {megapixels / seconds:.2f} Mpixel/s",
         soft_wrap=True,
     )

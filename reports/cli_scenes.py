@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.console import Json, answers, print_json
+from reports.console import Json, answers, indented, print_json
 
 if TYPE_CHECKING:
     from minirt.scene import Scene
@@ -54,23 +54,19 @@ def _paragraphs(scene: Scene) -> dict[str, Any]:
 
 
 def _list(every: list[Scene]) -> None:
-    from rich.table import Table
+    from rich.text import Text
 
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(ratio=1)
+    console = answers()
     for scene in every:
-        table.add_row(scene.name, scene.about)
-        table.add_row("", " ".join(scene.rules), style="dim")
-    answers().print(table)
+        rules = " ".join(scene.rules)
+        console.print(Text.assemble((scene.name, "bold"), "  ", (rules, "dim")), soft_wrap=True)
+        console.print(indented(scene.about, 2, console))
 
 
 def _show(scene: Scene) -> None:
-    from rich.padding import Padding
-
     console, screen = answers(), scene.screen
     console.print(scene.name, style="bold")
-    console.print(scene.about)
+    console.print(indented(scene.about, 0, console))
     console.print(
         f"{screen.nx} × {screen.ny}, objects: {len(scene.objects)}, rules: {' '.join(scene.rules)}",
         style="dim",
@@ -81,4 +77,4 @@ def _show(scene: Scene) -> None:
     for title, text in parts.items():
         console.print()
         console.print(title, style="bold")
-        console.print(Padding(text, (0, 0, 0, 2)))
+        console.print(indented(text, 2, console))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.console import Json, RequireOption, names_in, people, print_json, progress
+from reports.console import Json, RequireOption, answers, names_in, people, print_json, progress
 
 if TYPE_CHECKING:
     from reference.source import Reference
@@ -58,7 +58,7 @@ def verify(
             loaded, chosen, out, jobs, required,
             lambda _, total: tell(next(done), total), timeout=timeout,
         )  # fmt: skip
-    print_run(run, people())
+    print_run(run, people() if json else answers())
     if json:
         print_json(results_document(run))
     raise typer.Exit(run.exit_status)

@@ -9,7 +9,8 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+import textwrap
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Columns of an answer that goes into a file or a pipe.
 _WIDTH = 100
+#: Columns that a paragraph keeps on a narrow terminal.
+_NARROWEST = 20
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else.")
@@ -79,15 +82,13 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def plain(value: Any) -> Any:
-    """A value as JSON can hold it: records as objects, NaN and infinities as strings."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float) and value - value != 0:
-        return str(value)
-    return value
+def indented(text: str, columns: int, console: Console) -> str:
+    """A paragraph that is as wide as the console allows, some columns from its left edge."""
+    width = max(console.width, columns + _NARROWEST)
+    return textwrap.fill(
+        text, width, initial_indent=" " * columns, subsequent_indent=" " * columns,
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
 
 
 def _console(stream: TextIO) -> Console:

@@ -1,0 +1,194 @@
+"""minirt against Mitsuba on the atlas: one test a scene, reference and quantity.
+
+``pytest -k 'glass and refraction'`` runs what it says. A scene is rendered once for all its
+quantities, in a child process that stays for the whole session; what came out is kept in a file,
+which pytest-xdist's workers share. References named in ``MINIRT_REQUIRE`` must be here.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import math
+import os
+import pickle
+import re
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from converters.mitsuba import camera_fault
+from minirt.quantities import QUANTITIES
+from minirt.scene import Scene, atlas_names, load_scene
+from reference.compare import Check, without_answer
+from reference.isolate import Workers
+from reference.registry import REFERENCES, USUAL, choose_references
+from reference.source import Reference, Unsupported
+from reference.verify import TIMEOUT, judge, render_by
+
+Verdicts = dict[str, dict[str, Check]]
+
+REQUIRED = choose_references(
+    name.strip() for name in os.environ.get("MINIRT_REQUIRE", "").split(",") if name.strip()
+)
+#: Compared on the whole atlas, as minirt verify does.
+USED = tuple(r for r in choose_references(USUAL) if r in REQUIRED or not r.missing())
+#: Mitsuba's scalar variant runs pixel by pixel: some scenes, smaller.
+SCALAR = choose_references(["mitsuba-scalar"])[0]
+SCALAR_SCENES = ("ball-on-quad", "glass-ball", "everything", "non-square-pixels")
+SCALAR_SIZE = {"nx": 64, "ny": 48}
+
+NAMES = tuple(QUANTITIES)
+COMMAND_GIVES = {"hit", "object", "triangle", "t", "depth", "distance", "position", "normal"}
+#: Every reason for which a quantity may stay uncompared, and the quantities it may stand for.
+REASONS: dict[str, set[str]] = {
+    r"Mitsuba's camera has square pixels only": set(NAMES),
+    r"the aov integrator of Mitsuba's command speaks of the first hit only": (
+        set(NAMES) - COMMAND_GIVES
+    ),
+    r"Mitsuba has no α of the first surface": {"alpha"},
+    r"in Mitsuba a background that is not black lights the objects": {"color"},
+    r"Mitsuba has no colour of shadows": {"color"},
+    r"Mitsuba's radiance is the slides' for diffuse and mirrors only, not '.*'": {"color"},
+}
+
+
+def cells() -> Iterator[object]:
+    """A case for each scene, reference and quantity; small pictures for the slow variant."""
+    scalar = [SCALAR] if SCALAR in REQUIRED or not SCALAR.missing() else []
+    for scene in atlas_names():
+        small = scalar if scene in SCALAR_SCENES and SCALAR not in USED else []
+        for reference in (*USED, *small):
+            for quantity in NAMES:
+                label = f"{scene}-{reference.name}-{quantity}"
+                yield pytest.param(scene, reference.name, quantity, id=label)
+
+
+@pytest.fixture(scope="session")
+def verdicts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str, bool], Verdicts]]:
+    """The checks of a scene, full or small, by reference and quantity; made once."""
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    with Workers(1) as workers:
+
+        @cache
+        def of(name: str, small: bool) -> Verdicts:
+            kept = shared / f"{name}-{'small' if small else 'full'}.pickle"
+            with kept.with_suffix(".lock").open("w") as lock:
+                fcntl.flock(lock, fcntl.LOCK_EX)
+                if not kept.exists():
+                    found = compared(name, small, workers, tmp_path_factory.mktemp(name))
+                    kept.write_bytes(pickle.dumps(found))
+            result: Verdicts = pickle.loads(kept.read_bytes())  # noqa: S301 - this file's own
+            return result
+
+        yield of
+
+
+def compared(name: str, small: bool, workers: Workers, folder: Path) -> Verdicts:
+    """Render and judge one scene, or a small picture of it with the slow variant."""
+    scene = load_scene(f"atlas:{name}")
+    if not small:
+        return judged(scene, USED, workers, folder)
+    document = scene.to_dict()
+    document["screen"] |= SCALAR_SIZE
+    return judged(load_scene(document, scene.folder), (SCALAR,), workers, folder)
+
+
+def judged(
+    scene: Scene, references: tuple[Reference, ...], workers: Workers, folder: Path
+) -> Verdicts:
+    answers, checks = [], {}
+    for reference in references:
+        room = folder / reference.name
+        room.mkdir()
+        outcome = workers.submit(TIMEOUT, render_by, reference, scene, room).outcome()
+        if outcome.state == "done":
+            answers.append(outcome.value)
+        elif isinstance(outcome.value, Unsupported):
+            checks[reference.name] = without_answer(NAMES, "not supported", str(outcome.value))
+        else:
+            reason = f"{outcome.reason}\n{outcome.output}"
+            checks[reference.name] = without_answer(NAMES, "crashed", reason)
+    comparisons = judge(scene, answers, NAMES, None).comparisons
+    checks |= {name: found for name, (found, _) in comparisons.items()}
+    return {name: {check.quantity: check for check in found} for name, found in checks.items()}
+
+
+def test_every_required_reference_is_here() -> None:
+    assert {r.name: r.missing() for r in REQUIRED if r.missing()} == {}
+
+
+def test_a_reference_that_is_not_compared_says_what_brings_it() -> None:
+    reasons = {name: r.missing() for name, r in REFERENCES.items()}
+    assert {r.name for r in (*USED, SCALAR)} <= set(reasons)
+    assert [n for n, why in reasons.items() if why and "pip install" not in why] == []
+
+
+@pytest.mark.parametrize(("scene", "reference", "quantity"), list(cells()))
+def test_minirt_agrees(
+    scene: str, reference: str, quantity: str, verdicts: Callable[[str, bool], Verdicts]
+) -> None:
+    small = reference == SCALAR.name and SCALAR not in USED
+    check = verdicts(scene, small)[reference][quantity]
+    if check.state == "not supported":
+        assert is_documented(check), check.reason
+        return
+    assert check.state == "passed", f"{check.reason}\n{check.worst}"
+    assert check.pixels > 0
+    assert check.wrong == 0
+    assert check.certain >= check.floor * check.pixels
+    if quantity in ("hit", "depth", "shadow"):
+        assert check.ssim is not None
+        assert check.ssim_floor is not None
+        assert check.ssim >= check.ssim_floor
+    if QUANTITIES[quantity].kind == "direction" and check.worst is not None:
+        assert angle(check.worst.ours, check.worst.theirs) <= largest_angle(check.worst.tolerance)
+
+
+def is_documented(check: Check) -> bool:
+    return any(
+        re.fullmatch(pattern, check.reason) and check.quantity in quantities
+        for pattern, quantities in REASONS.items()
+    )
+
+
+def angle(first: list[float], second: list[float]) -> float:
+    """Between two vectors, in radians; 0 where neither is one. Well conditioned at 0."""
+    a, b = (np.array(v) / math.hypot(*v) for v in (first, second))
+    if np.isnan(a).all() and np.isnan(b).all():
+        return 0.0
+    return 2 * math.atan2(math.dist(a, b), math.dist(a, -b))
+
+
+def largest_angle(tolerance: float) -> float:
+    """The widest angle between a unit vector and one that lies within a distance of it."""
+    return math.asin(min(tolerance, 1.0))
+
+
+def test_only_the_scene_made_for_it_is_beyond_mitsubas_camera() -> None:
+    beyond = [n for n in atlas_names() if camera_fault(load_scene(f"atlas:{n}").screen)]
+    assert beyond == ["non-square-pixels"]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "reason"),
+    [
+        ("hit", "the aov integrator of Mitsuba's command speaks of the first hit only"),
+        ("depth", "Mitsuba has no α of the first surface"),
+        ("color", ""),
+        ("shadow", "not today"),
+    ],
+)
+def test_an_excuse_that_is_not_documented_is_none(quantity: str, reason: str) -> None:
+    (check,) = without_answer([quantity], "not supported", reason)
+    assert not is_documented(check)
+
+
+def test_an_angle_is_told_from_the_tolerance_that_forbids_it() -> None:
+    tilted = [math.sin(1e-5), 0.0, math.cos(1e-5)]
+    assert angle([0.0, 0.0, 2.0], tilted) == pytest.approx(1e-5, rel=1e-9)
+    assert angle([0.0, 0.0, 1.0], tilted) > largest_angle(9.9e-6)
+    assert angle([0.0, 0.0, 1.0], tilted) < largest_angle(1.01e-5)
