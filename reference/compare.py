@@ -18,9 +18,7 @@ from reference.stability import Stability
 #: Share of pixels that must be certain on a scene that states no floor of its own.
 CERTAIN_FLOOR = 0.99
 
-State = Literal[
-    "passed", "failed", "not given", "not supported", "missing", "crashed", "timed out"
-]
+State = Literal["passed", "failed", "not given", "not supported", "missing", "crashed", "timed out"]
 
 
 @dataclass(frozen=True)
@@ -152,9 +150,7 @@ def compare(
     for name in names:
         stage = QUANTITIES[name].stage
         if name in ratios:
-            checks.append(
-                _check(name, ours, theirs, stability, ratios[name], first_stage, floor)
-            )
+            checks.append(_check(name, ours, theirs, stability, ratios[name], first_stage, floor))
         elif name in theirs:
             got = "×".join(map(str, theirs[name].shape[1::-1]))
             reason = f"the image is {got}, expected {ours.size[1]}×{ours.size[0]}"
@@ -233,9 +229,8 @@ def _check(
 
 def _fault(check: Check) -> str:
     if check.wrong:
-        return (
-            f"{check.wrong} of {check.certain} certain pixels wrong"
-            + ("" if check.first_wrong else f", all of them after an earlier stage than {check.stage}")
+        return f"{check.wrong} of {check.certain} certain pixels wrong" + (
+            "" if check.first_wrong else f", all of them after an earlier stage than {check.stage}"
         )
     if check.certain < check.floor * check.pixels:
         share = check.certain / check.pixels

@@ -79,7 +79,7 @@ class Workers:
 class Job:
     """A job that was handed to a child process."""
 
-    future: ProcessFuture
+    future: ProcessFuture[Any]
     log: Path
     timeout: float | None
 
@@ -134,5 +134,3 @@ def _output_into(log: str) -> Iterator[None]:
             os.dup2(descriptor, number)
             os.close(descriptor)
         os.close(target)
-
-

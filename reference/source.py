@@ -84,7 +84,7 @@ class Unsupported(Exception):
 
 
 class Reference(Protocol):
-    """One renderer that minirt is compared with. Picklable; imports its renderer only in `render`."""
+    """A renderer that minirt is compared with. Picklable; imports it only in `render`."""
 
     @property
     def name(self) -> str:

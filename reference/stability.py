@@ -129,9 +129,7 @@ class _Sink:
         size = (scene.screen.ny, scene.screen.nx)
         self.judged = judged
         self.certain = {name: np.zeros(size, dtype=np.bool_) for name in judged}
-        self.tolerance = {
-            name: np.zeros(size) for name in judged if not QUANTITIES[name].discrete
-        }
+        self.tolerance = {name: np.zeros(size) for name in judged if not QUANTITIES[name].discrete}
 
     def judge(
         self, start: int, stop: int, tile: Tile, moved: list[Tile], bases: dict[str, Floats]
@@ -192,7 +190,8 @@ class Displaced(Restarted):
 
     def primary_origin(self, d: Floats) -> Floats:
         """The observer, moved sideways."""
-        return super().primary_origin(d) + self.step * sideways(d, self.k)
+        moved: Floats = super().primary_origin(d) + self.step * sideways(d, self.k)
+        return moved
 
     def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
         """Where the other renderer starts, moved sideways."""
@@ -283,7 +282,9 @@ def _off_surface(points: Points, direction: Floats, start: NormalOffset) -> Floa
     center = np.array(start.center).reshape(3, 1)
     there = np.abs(start.scale * (points.M - center)).max(axis=0)
     offset = start.factor * (1.0 + there) / start.scale
-    return points.M + np.copysign(offset, dot(points.normal, direction)) * points.normal
+    side = np.copysign(offset, dot(points.normal, direction))
+    started: Floats = points.M + side * points.normal
+    return started
 
 
 def _movement(base: Array, moved: list[Array]) -> Floats:
@@ -291,7 +292,9 @@ def _movement(base: Array, moved: list[Array]) -> Floats:
     largest = np.zeros(base.shape[-1])
     for other in moved:
         with np.errstate(invalid="ignore"):
-            change = np.abs(other - base) if base.ndim == 1 else np.sqrt(((other - base) ** 2).sum(0))
+            change = (
+                np.abs(other - base) if base.ndim == 1 else np.sqrt(((other - base) ** 2).sum(0))
+            )
         largest = np.maximum(largest, np.where(np.isfinite(change), change, 0.0))
     return largest
 

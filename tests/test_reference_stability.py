@@ -1,0 +1,195 @@
+"""What is certain stays right under any error within δ; what is not certain is little."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import minirt
+from minirt.frame import Frame
+from minirt.render import blank_frame, fill, tiles
+from minirt.scene import Scene
+from minirt.vectors import Floats, dot, norm
+from minirt.whitted import Points, Whitted
+from reference.compare import compare
+from reference.source import AlongRay, Declared, NormalOffset
+from reference.stability import measure, sideways
+
+U32 = 2.0**-24
+
+
+def scene_of(objects: list[dict[str, Any]], **changes: Any) -> Scene:
+    """Objects seen from z = 5 towards the origin, on 64 × 48 pixels."""
+    document: dict[str, Any] = {
+        "minirt": 1,
+        "name": "test",
+        "screen": {
+            "P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,
+            "l": -0.5, "r": 0.5, "b": -0.375, "t": 0.375, "nx": 64, "ny": 48,
+        },
+        "light": {"direction": [-1, -2, -1]},
+        "materials": {
+            "paint": {"diffuse": [0.8, 0.2, 0.2]},
+            "glass": {"ior": 1.5, "transmittance": 0.7, "reflectance": 0.2},
+        },
+        "objects": objects,
+        **changes,
+    }  # fmt: skip
+    return minirt.load_scene(document)
+
+
+def declared(scene: Scene, roundings: float = 10.0) -> Declared:
+    size = roundings * U32 * scene.extent
+    return Declared(size, size / 5, 10 * U32, 10 * U32, NormalOffset(1500 * U32), "")
+
+
+def random_scene(seed: int) -> Scene:
+    rng = np.random.default_rng(seed)
+    objects: list[dict[str, Any]] = []
+    for k in range(24):
+        centre = rng.uniform(-1.5, 1.5, 3)
+        material = ("paint", "glass")[k % 2]
+        if k % 3:
+            radius = rng.uniform(0.05, 0.5)
+            objects.append({"type": "sphere", "center": centre.tolist(), "radius": radius})
+        else:
+            corners = centre + rng.normal(scale=0.6, size=(3, 3))
+            objects.append({"type": "triangle", "vertices": corners.tolist()})
+        objects[-1]["material"] = material
+    return scene_of(objects)
+
+
+class Sloppy(Whitted):
+    """An honest renderer that errs by up to δ: every ray somewhere within δ of the right one."""
+
+    def __init__(self, scene: Scene, error: Declared, seed: int) -> None:
+        super().__init__(scene)
+        self.error, self.rng = error, np.random.default_rng(seed)
+
+    def _jitter(self, d: Floats) -> Floats:
+        angle = self.rng.uniform(0, 2 * np.pi, d.shape[1])
+        size = self.error.delta * np.sqrt(self.rng.uniform(0, 1, d.shape[1]))
+        moved: Floats = size * (np.cos(angle) * sideways(d, 0) + np.sin(angle) * sideways(d, 1))
+        return moved
+
+    def primary_origin(self, d: Floats) -> Floats:
+        return super().primary_origin(d) + self._jitter(d)
+
+    def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
+        offset = 1500 * U32 * (1 + np.abs(points.M).max(axis=0))
+        side = np.copysign(offset, dot(points.normal, direction))
+        return points.M + side * points.normal + self._jitter(direction), 0.0
+
+
+def rendered_by(whitted: Whitted) -> Frame:
+    frame = blank_frame(whitted.scene)
+    for start, stop, tile in tiles(whitted, frame):
+        fill(frame, start, stop, tile)
+    return Frame(frame)
+
+
+def test_the_frame_is_what_render_gives() -> None:
+    scene = random_scene(0)
+    frame, _ = measure(scene, declared(scene))
+    for name, array in minirt.render(scene).items():
+        assert array.tobytes() == frame[name].tobytes(), name
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_an_honest_renderer_raises_no_false_alarm(seed: int) -> None:
+    """Its errors reach δ; those of real renderers seldom do."""
+    scene = random_scene(seed)
+    error = declared(scene)
+    ours, stability = measure(scene, error)
+    comparison = compare(scene, ours, stability, rendered_by(Sloppy(scene, error, seed)), {})
+    wrong = {check.quantity: check.reason for check in comparison.checks if check.wrong}
+    assert not wrong
+    compared = {check.quantity: check.compared for check in comparison.checks}
+    assert compared["normal"] > 500
+    assert compared["refraction_t"] > 100
+    assert min(check.certain / check.pixels for check in comparison.checks) > 0.97
+
+
+def test_a_renderer_that_errs_far_beyond_its_word_is_found() -> None:
+    scene = random_scene(1)
+    error = declared(scene)
+    ours, stability = measure(scene, error)
+    careless = rendered_by(Sloppy(scene, declared(scene, 3000.0), 1))
+    failed = {c.quantity for c in compare(scene, ours, stability, careless, {}).checks if c.wrong}
+    assert {"hit", "object", "t", "normal", "reflection"} <= failed
+
+
+def test_silhouettes_are_uncertain_and_the_rest_is_not() -> None:
+    scene = scene_of([{"type": "sphere", "material": "paint", "center": [0, 0, 0], "radius": 1.0}])
+    pixel = 5.0 / 64
+    _, stability = measure(scene, Declared(pixel / 4, 0, 0, 0, None, ""), ["hit"])
+    uncertain = np.argwhere(~stability.certain["hit"])
+    assert 20 < len(uncertain) < 200
+    j = 47 - uncertain[:, 0]
+    x = (uncertain[:, 1] + 0.5) / 64 - 0.5
+    y = (j + 0.5) / 64 - 0.375
+    # The silhouette is the cone of half angle asin(1/5): the screen's circle of radius 1/√24.
+    assert np.abs(np.hypot(x, y) - 1 / np.sqrt(24)).max() < 0.02
+
+
+def test_coplanar_objects_are_uncertain_where_they_overlap_and_only_there() -> None:
+    quad = [[-0.8, -0.8, 0], [0.3, -0.8, 0], [0.3, 0.8, 0], [-0.8, 0.8, 0]]
+    other = [[-x, y, z] for x, y, z in reversed(quad)]
+    scene = scene_of([
+        {"type": "polygon", "material": "paint", "vertices": quad},
+        {"type": "polygon", "material": "paint", "vertices": other},
+    ])  # fmt: skip
+    ours, stability = measure(scene, declared(scene), ["hit", "object", "depth"])
+    x = np.abs(((np.arange(64) + 0.5) / 64 - 0.5) * 5)
+    overlap = np.broadcast_to(x < 0.3, (48, 64)) & ours["hit"]
+    assert overlap.sum() > 100
+    assert not stability.certain["object"][overlap].any()
+    single = ours["hit"] & ~overlap
+    assert single.sum() > 100
+    assert stability.certain["object"][single].all()
+    assert stability.certain["hit"].all()
+
+
+def test_the_tolerance_of_t_grows_with_the_angle() -> None:
+    scene = scene_of([{"type": "sphere", "material": "paint", "center": [0, 0, 0], "radius": 1.0}])
+    ours, stability = measure(scene, declared(scene), ["t", "distance"])
+    cosine = np.abs((ours["normal"] * ours["ray"]).sum(axis=2))
+    judged = ours["hit"] & stability.certain["distance"]
+    steep, grazing = judged & (cosine > 0.9), judged & (cosine < 0.2)
+    assert steep.sum() > 50
+    assert grazing.sum() > 5
+    allowed = stability.tolerance["distance"]
+    assert allowed[grazing].min() > 2 * allowed[steep].max()
+
+
+def test_a_late_start_is_part_of_what_may_differ() -> None:
+    """A tile floats 1e-3 above the floor: who starts rays 1e-2 away misses its shadow."""
+    floor = [[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]]
+    scene = scene_of(
+        [
+            {"type": "polygon", "material": "paint", "vertices": floor},
+            {"type": "polygon", "material": "paint",
+             "vertices": [[x / 6, 1e-3, z / 6] for x, _, z in floor]},
+        ],
+        light={"direction": [0, -1, 0]},
+        screen={"look_at": {"eye": [0, -2, 5], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y": 50.0},
+                "nx": 64, "ny": 48},
+    )  # fmt: skip
+    near, far = (Declared(1e-7, 0, 0, 0, AlongRay(length), "") for length in (1e-4, 1e-2))
+    _, early = measure(scene, near, ["shadow"])
+    _, late = measure(scene, far, ["shadow"])
+    assert early.certain["shadow"].mean() > 0.99
+    assert late.certain["shadow"].mean() < early.certain["shadow"].mean() - 0.01
+
+
+def test_sideways_directions_are_four_quarter_turns() -> None:
+    d = np.random.default_rng(3).normal(size=(3, 200))
+    d[:, :3] = np.eye(3)
+    four = [sideways(d, k) for k in range(4)]
+    for k, e in enumerate(four):
+        assert np.abs(norm(e) - 1).max() < 4 * 2.0**-52
+        assert np.abs(dot(e, d)).max() < 8 * 2.0**-52 * norm(d).max()
+        assert np.abs(dot(e, four[(k + 1) % 4])).max() < 8 * 2.0**-52
+        assert np.array_equal(four[(k + 2) % 4], -e)
