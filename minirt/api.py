@@ -280,13 +280,13 @@ def intersect_polygon(P0: ArrayLike, d: ArrayLike, vertices: ArrayLike) -> Polyg
         raise InputError(
             "not a polygon", where="vertices", got=f"shape {P.shape}", expected="(m, 3), m ≥ 3"
         )
-    corners = P[fan(len(P))].transpose(1, 2, 0)
-    normals = edge_normal(*corners)
+    a, b, c = P[fan(len(P))].transpose(1, 2, 0)
+    normals = edge_normal(a, b, c)
     fault = polygon_fault(P, normals)
     if fault:
         raise InputError(fault, where="vertices")
     p = polygon_normal(normals)
-    found = polygon_hit(origins, directions, corners, normals, p, plane_t, triangle_hit)
+    found = polygon_hit(origins, directions, (a, b, c), normals, p, plane_t, triangle_hit)
     return PolygonHits(*(shaped(v, single) for v in found))
 
 

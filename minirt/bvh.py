@@ -125,7 +125,11 @@ def visit(
             yield rays, node
             continue
         near, far = _box_span(P0[:, rays], inverse[:, rays], node.lower - pad, node.upper + pad)
-        meets = (near <= _beyond(far)) & (_beyond(far) >= t0[rays, None]) & (near <= _beyond(limit[rays])[:, None])
+        meets = (
+            (near <= _beyond(far))
+            & (_beyond(far) >= t0[rays, None])
+            & (near <= _beyond(limit[rays])[:, None])
+        )
         distance = np.where(meets, near, np.inf).min(axis=0)
         for child in np.argsort(-distance, kind="stable"):
             chosen = np.flatnonzero(meets[:, child])
@@ -161,13 +165,11 @@ def may_cross(
     within = np.ones(t.shape, dtype=np.bool_)
     for k in range(3):
         X = P0[k][:, None] + t * d[k][:, None]
-        within &= (X >= lower[k] - pad) & (X <= upper[k] + pad)
+        within &= (lower[k] - pad <= X) & (upper[k] + pad >= X)
     return within | ~steep
 
 
-def _box_span(
-    P0: Floats, inverse: Floats, lower: Floats, upper: Floats
-) -> tuple[Floats, Floats]:
+def _box_span(P0: Floats, inverse: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
     """Where n lines enter and leave c boxes: t of shape (n, c), entry above exit where they miss."""
     spans = []
     for k in range(3):

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from minirt.geometry import Geometry
+import numpy as np
+from numpy.typing import NDArray
+
+from minirt.geometry import Geometry, Polygon
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
 from minirt.trace import Hits
-from minirt.vectors import Floats, Ints
+from minirt.vectors import Bools, Floats, Ints
 
 _PAIRS = 262_144
 
@@ -54,21 +57,22 @@ def _candidates(
         t = np.where(met.case == Meeting.INSIDE, met.t, np.inf)
         rows.append(_row(t, tri.object, tri.face, n, met.beta, met.gamma))
     for polygon in geometry.polygons:
-        f = polygon.facets
-        hit = rules.polygon(
-            P0, d, f.corners, f.edge_normals, f.plane, rules.plane, rules.triangle
-        )
-        number = np.array([polygon.object], dtype=np.int32)
-        face, beta, gamma = (v.reshape(1, n) for v in (hit.triangle, hit.beta, hit.gamma))
-        row = _row(hit.t.reshape(1, n), number, number, n, beta, gamma)
-        rows.append(Hits(row.t, row.object, face, beta, gamma))
+        rows.append(_polygon_row(polygon, rules, P0, d))
     every = Hits(*(np.concatenate(v) for v in zip(*map(_values, rows), strict=True)))
     return _only(every, rules.in_interval(every.t, t0, t1))
 
 
+def _polygon_row(polygon: Polygon, rules: Rules, P0: Floats, d: Floats) -> Hits:
+    f = polygon.facets
+    hit = rules.polygon(P0, d, f.corners, f.edge_normals, f.plane, rules.plane, rules.triangle)
+    number = np.full(hit.t.shape, polygon.object, dtype=np.int32)
+    return Hits(hit.t[None], number[None], hit.triangle[None], hit.beta[None], hit.gamma[None])
+
+
 def _row(
-    t: Floats, object_: Ints, face: Ints, n: int, beta: Floats | None = None, gamma: Floats | None = None
-) -> Hits:
+    t: Floats, object_: Ints, face: Ints, n: int,
+    beta: Floats | None = None, gamma: Floats | None = None,
+) -> Hits:  # fmt: skip
     shape = (len(object_), n)
     nan = np.full(shape, np.nan)
     return Hits(
@@ -80,7 +84,7 @@ def _row(
     )
 
 
-def _only(hits: Hits, counts: np.ndarray[tuple[int, int], np.dtype[np.bool_]]) -> Hits:
+def _only(hits: Hits, counts: Bools) -> Hits:
     none = Hits.none(counts.shape)
     return Hits(
         *(np.where(counts, a, b) for a, b in zip(_values(hits), _values(none), strict=True))
@@ -95,10 +99,8 @@ def _sorted(hits: Hits) -> Hits:
 
 def _padded(hits: Hits, k: int) -> Hits:
     missing = Hits.none((k - hits.t.shape[0], hits.t.shape[1]))
-    return Hits(
-        *(np.concatenate(v) for v in zip(_values(hits), _values(missing), strict=True))
-    )
+    return Hits(*(np.concatenate(v) for v in zip(_values(hits), _values(missing), strict=True)))
 
 
-def _values(hits: Hits) -> list[np.ndarray[tuple[int, int], np.dtype[np.generic]]]:
+def _values(hits: Hits) -> list[NDArray[Any]]:
     return list(vars(hits).values())

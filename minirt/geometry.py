@@ -146,12 +146,10 @@ def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:
 
 def _triangles(found: list[tuple[int, Facets]]) -> Triangles:
     empty = np.zeros((3, 0))
-    columns = [
-        np.concatenate([empty, *(f.corners[k] for _, f in found)], axis=1) for k in range(3)
-    ]
+    columns = [np.concatenate([empty, *(f.corners[k] for _, f in found)], axis=1) for k in range(3)]
     normals = np.concatenate([empty, *(f.edge_normals for _, f in found)], axis=1)
     counts = [len(f.faces) for _, f in found]
     objects = np.repeat(np.array([i for i, _ in found], dtype=np.int32), counts)
     faces = [np.arange(k, dtype=np.int32) for k in counts]
     face = np.concatenate([np.zeros(0, dtype=np.int32), *faces])
-    return Triangles(*columns, normals, objects, face)
+    return Triangles(a, b, c, normals, objects, face)

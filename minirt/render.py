@@ -196,5 +196,3 @@ def _scatter(points: Points, values: Array, n: int, name: str) -> Array:
     result = np.full(shape, quantity.miss, dtype=quantity.dtype)
     result[..., points.rays] = values
     return result
-
-

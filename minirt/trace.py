@@ -10,7 +10,7 @@ import numpy as np
 
 from minirt.bvh import Index, Tree, may_cross, reciprocal, visit
 from minirt.geometry import Geometry, Polygon
-from minirt.rules import SLIDES, Rules
+from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Bools, Floats, Ints
 
@@ -146,9 +146,7 @@ class _Query:
             P0, d, spheres.center[:, None, which], spheres.radius[None, which]
         )
         accept = self.rules.in_interval
-        t = self.rules.smallest_root(
-            near, far, accept(near, t0, t1), accept(far, t0, t1)
-        )
+        t = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
         t = self._but(t, rays, spheres.object[which], np.int32(0))
         first = t.argmin(axis=1)
         t = t[np.arange(len(rays)), first]
@@ -194,10 +192,7 @@ class _Query:
 
     def _polygon(self, rays: Index, polygon: Polygon) -> Hits:
         found = Hits.none(rays.shape)
-        if self._culls():
-            some = self._near_polygon(rays, polygon)
-        else:
-            some = np.arange(len(rays))
+        some = self._near_polygon(rays, polygon) if self._culls() else np.arange(len(rays))
         if not len(some):
             return found
         rays, facets = rays[some], polygon.facets
@@ -205,9 +200,7 @@ class _Query:
             self.P0[:, rays], self.d[:, rays], facets.corners, facets.edge_normals,
             facets.plane, self.rules.plane, self.rules.triangle,
         )  # fmt: skip
-        counts = (met.triangle >= 0) & self.rules.in_interval(
-            met.t, self.t0[rays], self.t1[rays]
-        )
+        counts = (met.triangle >= 0) & self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])
         object_ = np.full(len(rays), polygon.object, dtype=np.int32)
         t = np.where(counts, met.t, np.inf)
         t = self._but(t[:, None], rays, object_[:1], met.triangle[:, None])[:, 0]

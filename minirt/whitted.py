@@ -48,9 +48,7 @@ class Points:
     def take(self, index: Index) -> Points:
         """Some of the points."""
         columns = (v[:, index] for v in (self.M, self.delta, self.normal, self.s))
-        return Points(
-            self.rays[index], *columns, self.hits.take(index), self.material.take(index)
-        )
+        return Points(self.rays[index], *columns, self.hits.take(index), self.material.take(index))
 
 
 @dataclass(frozen=True, eq=False)
