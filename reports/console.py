@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 #: Columns of an answer that goes into a file or a pipe.
 _WIDTH = 100
+#: A progress bar in one colour.
+_CALM = {
+    "bar.complete": "blue", "bar.finished": "blue", "bar.back": "dim",
+    "progress.percentage": "none", "progress.elapsed": "dim",
+}  # fmt: skip
 #: Columns that a paragraph keeps on a narrow terminal.
 _NARROWEST = 20
 
@@ -71,14 +76,14 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     console = people()
     columns = (
         TextColumn("{task.description}"),
-        BarColumn(bar_width=None),
+        BarColumn(bar_width=30),
         TaskProgressColumn(),
         TimeElapsedColumn(),
     )
     with Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as bar:
-        task = bar.add_task(what, total=None)
+        task = bar.add_task(what, total=1)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
@@ -93,6 +98,7 @@ def indented(text: str, columns: int, console: Console) -> str:
 
 def _console(stream: TextIO) -> Console:
     from rich.console import Console
+    from rich.theme import Theme
 
     class Quiet(Console):
         def on_broken_pipe(self) -> None:
@@ -100,6 +106,7 @@ def _console(stream: TextIO) -> Console:
 
     return Quiet(
         file=stream,
+        theme=Theme(_CALM),
         color_system=None if os.environ.get("NO_COLOR") else "auto",
         highlight=False,
         markup=False,

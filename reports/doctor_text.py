@@ -19,10 +19,12 @@ def print_examination(found: Examination) -> None:
     _print(console, "machine", [(" ", name, value) for name, value in found.machine.items()])
     _print(console, "packages", [_package(package) for package in found.packages])
     _print(console, "references, each tried", [_trial(trial) for trial in found.references])
-    if found.healthy:
-        console.print("All that is needed is here.", style="bold blue")
-    else:
+    if not found.healthy:
         console.print("Something that is required is missing.", style="bold dark_orange")
+    elif not any(trial.state == "works" for trial in found.references):
+        console.print("minirt renders, but verify has no reference to compare with.")
+    else:
+        console.print("All that is needed is here.", style="bold blue")
 
 
 def _print(console: Console, title: str, rows: list[Row]) -> None:

@@ -54,7 +54,7 @@ def command(
     monkeypatch.delenv("MINIRT_REQUIRE", raising=False)
 
     def call(*arguments: str, stdin: str = "") -> Done:
-        monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode())))
         capsys.readouterr()
         status = run(arguments)
         return Done(status, *capsys.readouterr())
@@ -409,6 +409,16 @@ def test_the_doctor_names_the_command_that_brings_a_library(
     assert done.status == 3
     assert re.search(r"✗ mitsuba-llvm +missing: .*pip install karellen-llvm-core", done.out)
     assert registry.choose_references(["mitsuba"])[0].name == "mitsuba-scalar"
+
+
+def test_the_doctor_says_when_there_is_nothing_to_compare_with(
+    references: dict[str, Any], command: Command
+) -> None:
+    for name in ("honest", "faulty", "aborting"):
+        del references[name]
+    done = command("doctor")
+    assert done.status == 0
+    assert done.out.endswith("verify has no reference to compare with.\n")
 
 
 def test_a_package_that_is_missing_comes_with_its_command(
