@@ -26,7 +26,12 @@ def resolve_look_at(model: LookAtScreenModel, where: str) -> VirtualScreen:
     eye, up = np.array(camera.eye), np.array(camera.up)
     backward = eye - np.array(camera.target)
     if not norm(backward) >= SMALLEST:
-        raise SceneError("eye and target coincide", where=f"{where}.look_at.target")
+        raise SceneError(
+            "eye and target coincide",
+            where=f"{where}.look_at.target",
+            got=str(list(camera.target)),
+            expected="a point other than the eye",
+        )
     n = _unit(backward)
     right = cross(up, n)
     if not norm(right) > 2.0**-40 * norm(up) or not norm(up) > 0:
@@ -34,6 +39,7 @@ def resolve_look_at(model: LookAtScreenModel, where: str) -> VirtualScreen:
             "'up' is zero or along the line of sight",
             where=f"{where}.look_at.up",
             got=str(list(camera.up)),
+            expected="a direction across the line of sight",
         )
     u = _unit(right)
     v = _unit(cross(n, u))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -15,8 +13,11 @@ import numpy as np
 from pydantic import ValidationError
 
 from minirt.errors import SceneError
+from minirt.faults import first_fault, shortened
 from minirt.look_at import resolve_look_at
 from minirt.mesh_files.transform import transform_points
+from minirt.scene_text import atlas_names as atlas_names
+from minirt.scene_text import decode, read_text
 from minirt.schema import (
     LARGEST,
     MAX_PIXELS,
@@ -35,9 +36,6 @@ from minirt.shapes.mesh import read_mesh
 from minirt.shapes.plane import edge_normal
 from minirt.shapes.polygon import fan, polygon_fault, polygon_normal
 from minirt.vectors import Floats, Ints, dot, norm
-
-#: Largest scene file that is read, in bytes.
-MAX_SCENE_BYTES = 256 * 2**20
 
 Material: TypeAlias = MaterialModel
 
@@ -152,7 +150,11 @@ class Scene:
     def canonical_json(self) -> str:
         """The document with sorted keys and no white space; numbers as shortest round trip."""
         return json.dumps(
-            self.document, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False
+            self.document,
+            sort_keys=True,
+            separators=(",", ":"),
+            ensure_ascii=False,
+            allow_nan=False,
         )
 
     @cached_property
@@ -200,14 +202,8 @@ def load_scene(source: str | Path | dict[str, Any], folder: str | Path | None = 
         except (TypeError, ValueError, RecursionError) as error:
             raise SceneError("the scene is not JSON data", where=label, got=str(error)) from None
     else:
-        label, base, text = _read(str(source))
-    return _resolve(_validate(_decode(text, label), label), label, Path(folder or base))
-
-
-def atlas_names() -> tuple[str, ...]:
-    """Names of the scenes that ship with minirt, in alphabetical order."""
-    files = resources.files("minirt").joinpath("atlas").iterdir()
-    return tuple(sorted(f.name[: -len(".json")] for f in files if f.name.endswith(".json")))
+        label, base, text = read_text(str(source))
+    return _resolve(_validate(decode(text, label), label), label, Path(folder or base))
 
 
 def object_bounds(objects: tuple[Object, ...]) -> Floats | None:
@@ -223,89 +219,11 @@ def object_bounds(objects: tuple[Object, ...]) -> Floats | None:
     return np.stack((np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)))
 
 
-def _read(source: str) -> tuple[str, Path, str]:
-    """A label for errors, the folder for meshes, and the text."""
-    if source == "-":
-        return "standard input", Path(), sys.stdin.read(MAX_SCENE_BYTES)
-    if source.startswith("atlas:"):
-        name = source.removeprefix("atlas:")
-        if name not in atlas_names():
-            raise SceneError(
-                "no such scene in the atlas",
-                where=source,
-                expected="one of those that 'minirt scenes' lists",
-            )
-        path = Path(str(resources.files("minirt").joinpath("atlas", f"{name}.json")))
-    else:
-        path = Path(source)
-    try:
-        if path.stat().st_size > MAX_SCENE_BYTES:
-            raise SceneError(
-                "the scene file is too large",
-                where=source,
-                got=f"{path.stat().st_size:,} bytes",
-                expected=f"at most {MAX_SCENE_BYTES:,}",
-            )
-        return source, path.parent, path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise SceneError("the scene file cannot be read", where=source, got=reason) from None
-
-
-def _decode(text: str, label: str) -> Any:
-    def no_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        result: dict[str, Any] = {}
-        for key, value in pairs:
-            if key in result:
-                raise SceneError("a key stands twice in one object", where=label, got=repr(key))
-            result[key] = value
-        return result
-
-    def not_finite(literal: str) -> Any:
-        raise SceneError("a number is not finite", where=label, got=literal)
-
-    try:
-        return json.loads(text, object_pairs_hook=no_duplicates, parse_constant=not_finite)
-    except (ValueError, RecursionError) as error:
-        raise SceneError("not JSON", where=label, got=str(error)) from None
-
-
 def _validate(document: Any, label: str) -> SceneModel:
     try:
         return SceneModel.model_validate(document)
     except ValidationError as error:
-        raise _first_fault(error, label) from None
-
-
-def _first_fault(error: ValidationError, label: str) -> SceneError:
-    """pydantic's first finding as one sentence with the JSON path."""
-    first = error.errors(include_url=False)[0]
-    parts = list(first["loc"])
-    if parts[:1] == ["screen"]:
-        del parts[1:2]  # which form of the screen was tried
-    elif parts[:1] == ["objects"]:
-        del parts[2:3]  # which type of object was tried
-    what, expected = first["msg"].removeprefix("Value error, "), ""
-    if first["type"] == "extra_forbidden":
-        what, expected = "unknown key", "only the keys of the format: 'minirt scenes --schema'"
-    elif first["type"] == "missing":
-        what = "a required key is missing"
-    elif what.startswith("Input should be "):
-        what, expected = "not a usable value", what.removeprefix("Input should be ")
-    elif "; expected " in what:
-        what, expected = what.split("; expected ", 1)
-    got = "" if first["type"] == "missing" else _shortened(first["input"])
-    return SceneError(what, where=f"{label}: {_json_path(parts)}", got=got, expected=expected)
-
-
-def _json_path(parts: list[int | str]) -> str:
-    path = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in parts)
-    return path.lstrip(".") or "the document"
-
-
-def _shortened(value: Any) -> str:
-    text = json.dumps(value, ensure_ascii=True, default=repr)
-    return text if len(text) <= 80 else text[:77] + "..."
+        raise first_fault(error, label) from None
 
 
 def _resolve(model: SceneModel, label: str, folder: Path) -> Scene:
@@ -400,8 +318,8 @@ def _object(entry: ObjectModel, model: SceneModel, index: int, where: str, folde
         raise SceneError(
             "unknown material",
             where=f"{where}.material",
-            got=_shortened(entry.material),
-            expected="one of " + _shortened(sorted(model.materials)),
+            got=shortened(entry.material),
+            expected="one of " + shortened(sorted(model.materials)),
         )
     name = entry.name or f"{entry.type}-{index}"
     if isinstance(entry, SphereModel):

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Strict,
+    Tag,
+    field_validator,
+    model_validator,
+)
 
 #: Largest magnitude of a number in a scene; products of six such lengths stay finite in float64.
 LARGEST = 1e30
@@ -39,7 +48,7 @@ class ScreenModel(_Model):
     v: _Vector = Field(description="unit vertical axis of the view plane")
     n: _Vector = Field(description="unit normal of the view plane; the screen lies at P0 + nu·n")
     nu: _Number = Field(description="ν of the plane n = ν, of either sign, not 0")
-    l: _Number = Field(description="left bound of the screen")  # noqa: E741 - the slide's letter
+    l: _Number = Field(description="left bound of the screen")
     r: _Number = Field(description="right bound of the screen, > l")
     b: _Number = Field(description="bottom bound of the screen")
     t: _Number = Field(description="top bound of the screen, > b")
@@ -167,20 +176,26 @@ class SceneModel(_Model):
     )
     floor: FloorModel | None = None
     screen: Annotated[
-        Annotated[ScreenModel, Tag("slides form")] | Annotated[LookAtScreenModel, Tag("look_at form")],
+        Annotated[ScreenModel, Tag("slides form")]
+        | Annotated[LookAtScreenModel, Tag("look_at form")],
         Discriminator(_screen_form),
     ]
     light: LightModel
     background: _Color = (0.0, 0.0, 0.0)
     shadow_color: _Color | None = Field(None, description="null: the ambient term alone")
-    epsilon: _Positive | None = Field(
-        None, description="a length; null: 1e-6 × the scene's extent"
-    )
+    epsilon: _Positive | None = Field(None, description="a length; null: 1e-6 × the scene's extent")
     max_depth: Annotated[int, Strict(), Field(ge=0, le=MAX_DEPTH)] = Field(
         5, description="generations of reflected and refracted rays"
     )
     materials: dict[_Name, MaterialModel]
     objects: Annotated[list[ObjectModel], Field(max_length=1_000_000)]
+
+    @field_validator("minirt", mode="before")
+    @classmethod
+    def _version(cls, value: Any) -> Any:
+        if isinstance(value, bool):  # Python's True equals 1
+            raise ValueError("not a version of the format; expected 1")
+        return value
 
 
 def scene_schema() -> dict[str, Any]:
