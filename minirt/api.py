@@ -159,7 +159,8 @@ def ray_color(scene: Scene, P0: ArrayLike, d: ArrayLike, rules: Rules = SLIDES) 
     origins, directions, single = rays(P0, d)
     whitted = Whitted(scene, rules)
     found = whitted.first_hits(origins, directions)
-    return shaped(whitted.color(origins, directions, found)[0], single)
+    color: Floats = shaped(whitted.color(origins, directions, found)[0], single)
+    return color
 
 
 class SphereHits(NamedTuple):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.vectors import Floats, norm
+from minirt.vectors import Floats, Index, norm
 
 _WIDTH = 8
 #: Boxes grow by this share of the largest coordinate in play: some 4,000 times the rounding of it.
@@ -22,8 +22,6 @@ _PAD = 2.0**-40
 _FLAT = 1e-250
 #: Sine of the angle below which a plane's crossing is not trusted to cull.
 _GRAZING = 2.0**-8
-
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +168,7 @@ def may_cross(
 
 
 def _box_span(P0: Floats, inverse: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
-    """Where n lines enter and leave c boxes: t of shape (n, c), entry above exit where they miss."""
+    """Where n lines enter and leave c boxes, (n, c): entry above exit where they miss."""
     spans = []
     for k in range(3):
         a = (lower[k] - P0[k][:, None]) * inverse[k][:, None]

@@ -146,7 +146,7 @@ def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:
 
 def _triangles(found: list[tuple[int, Facets]]) -> Triangles:
     empty = np.zeros((3, 0))
-    columns = [np.concatenate([empty, *(f.corners[k] for _, f in found)], axis=1) for k in range(3)]
+    a, b, c = (np.concatenate([empty, *(f.corners[k] for _, f in found)], axis=1) for k in range(3))
     normals = np.concatenate([empty, *(f.edge_normals for _, f in found)], axis=1)
     counts = [len(f.faces) for _, f in found]
     objects = np.repeat(np.array([i for i, _ in found], dtype=np.int32), counts)

@@ -12,12 +12,14 @@ import numpy as np
 
 Kind = Literal["discrete", "ratio", "length", "direction", "colour"]
 Stage = Literal[
-    "ray", "hit", "object", "t", "normal", "shadow", "reflection", "refraction", "secondary", "colour"
-]
+    "ray", "hit", "object", "t", "normal",
+    "shadow", "reflection", "refraction", "secondary", "colour",
+]  # fmt: skip
 
 #: Causal order: a wrong pixel is charged to the first of these in which it is wrong.
 STAGES: tuple[Stage, ...] = (
-    "ray", "hit", "object", "t", "normal", "shadow", "reflection", "refraction", "secondary", "colour",
+    "ray", "hit", "object", "t", "normal",
+    "shadow", "reflection", "refraction", "secondary", "colour",
 )  # fmt: skip
 
 

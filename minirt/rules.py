@@ -23,19 +23,22 @@ from minirt.vectors import Bools, Floats, Ints, dot, norm
 
 
 def closer(
-    t: Floats, object_: Ints, triangle_: Ints, best_t: Floats, best_object: Ints, best_triangle: Ints
-) -> Bools:
+    t: Floats, object_: Ints, triangle_: Ints,
+    best_t: Floats, best_object: Ints, best_triangle: Ints,
+) -> Bools:  # fmt: skip
     """Whether a hit comes before the best one so far: smaller t; at equal t the lower number.
 
     Source: S4, S5.
     """
     first = (object_ < best_object) | ((object_ == best_object) & (triangle_ < best_triangle))
-    return (t < best_t) | ((t == best_t) & np.isfinite(t) & ((best_object < 0) | first))
+    before: Bools = (t < best_t) | ((t == best_t) & np.isfinite(t) & ((best_object < 0) | first))
+    return before
 
 
 def in_interval(t: Floats, t0: Floats, t1: Floats) -> Bools:
     """t ∈ [t0, t1] and t > 0: the half-line begins behind its origin. Source: S6, S5, E3."""
-    return (t >= t0) & (t <= t1) & (t > 0) & np.isfinite(t)
+    inside: Bools = (t >= t0) & (t <= t1) & (t > 0) & np.isfinite(t)
+    return inside
 
 
 def smallest_root(near: Floats, far: Floats, near_counts: Bools, far_counts: Bools) -> Floats:
@@ -43,7 +46,7 @@ def smallest_root(near: Floats, far: Floats, near_counts: Bools, far_counts: Boo
     return np.where(near_counts, near, np.where(far_counts, far, np.inf))
 
 
-def to_light(l: Floats) -> Floats:  # noqa: E741 - the slide's letter
+def to_light(l: Floats) -> Floats:
     """The unit direction −l/‖l‖ of the shadow ray. Source: S12."""
     return -l / norm(l)
 
@@ -123,4 +126,3 @@ class Rules:
 
 #: The lecture's own rules.
 SLIDES = Rules()
-

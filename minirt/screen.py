@@ -33,7 +33,7 @@ class VirtualScreen:
     v: tuple[float, float, float]
     n: tuple[float, float, float]
     nu: float
-    l: float  # noqa: E741 - the slide's letter
+    l: float
     r: float
     b: float
     t: float

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minirt.scene import Scene
-from minirt.vectors import Bools, Floats, Ints, column, dot
+from minirt.vectors import Bools, Floats, Index, Ints, column, dot
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,9 @@ class Surfaces:
     ior: Floats
     alpha: Floats
 
-    def take(self, index: Ints) -> Surfaces:
+    def take(self, index: Index | Ints) -> Surfaces:
         """The materials of some of the points, or of objects by number."""
-        return Surfaces(
-            *(np.take(value, index, axis=-1) for value in vars(self).values())  # type: ignore[arg-type]
-        )
+        return Surfaces(*(np.take(value, index, axis=-1) for value in vars(self).values()))
 
 
 def object_materials(scene: Scene) -> Surfaces:
@@ -53,8 +51,9 @@ def object_materials(scene: Scene) -> Surfaces:
 
 
 def illuminate(
-    surface: Surfaces, light_color: Floats, to_light: Floats, s: Floats, delta: Floats, mirror: Floats
-) -> Floats:
+    surface: Surfaces, light_color: Floats, to_light: Floats,
+    s: Floats, delta: Floats, mirror: Floats,
+) -> Floats:  # fmt: skip
     """Phong's model at a lit point: ambient + light ∘ (diffuse + specular).
 
     The slides leave the formula open; this is the one that OpenGL courses teach:

@@ -8,11 +8,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.bvh import Index, Tree, may_cross, reciprocal, visit
+from minirt.bvh import Tree, may_cross, reciprocal, visit
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
-from minirt.vectors import Bools, Floats, Ints
+from minirt.vectors import Bools, Floats, Index, Ints
 
 #: Ray–primitive pairs in one pass: the kernels' temporaries then stay in a few megabytes.
 _PAIRS = 65_536

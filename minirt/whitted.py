@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.bvh import Index
 from minirt.geometry import Geometry, Kind
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.shading import Surfaces, in_total_reflection, object_materials
 from minirt.trace import Hits, nearest, occluded
-from minirt.vectors import Bools, Floats, column, dot, norm
+from minirt.vectors import Bools, Floats, Index, column, dot, norm
 
 Signature = NDArray[np.uint64]
 _PRIME = np.uint64(1099511628211)  # multiplier of the 64-bit FNV hash
@@ -47,8 +46,15 @@ class Points:
 
     def take(self, index: Index) -> Points:
         """Some of the points."""
-        columns = (v[:, index] for v in (self.M, self.delta, self.normal, self.s))
-        return Points(self.rays[index], *columns, self.hits.take(index), self.material.take(index))
+        return Points(
+            self.rays[index],
+            self.M[:, index],
+            self.delta[:, index],
+            self.normal[:, index],
+            self.s[:, index],
+            self.hits.take(index),
+            self.material.take(index),
+        )
 
 
 @dataclass(frozen=True, eq=False)
