@@ -25,6 +25,10 @@ from reference.stability import Stability, measure
 TIMEOUT = 300.0
 
 
+#: What is known where nothing that was asked for is given.
+_UNMEASURED = Frame({}), Stability({}, {})
+
+
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """All that is known about one scene against one reference, while the arrays are at hand."""
@@ -167,10 +171,10 @@ def judge(
     for answer in answers:
         groups.setdefault(replace(answer.declared, derivation=""), []).append(answer)
     for error, alike in groups.items():
-        given = {name for answer in alike for name in answer.given}
-        ours, stability = measure(scene, error, given.intersection(names))
+        given = {name for answer in alike for name in answer.given}.intersection(names)
+        ours, stability = measure(scene, error, given) if given else _UNMEASURED
         for answer in alike:
-            theirs = read_frame(answer.frame)
+            theirs = read_frame(answer.frame) if answer.given else Frame({})
             comparison = compare(scene, ours, stability, theirs, answer.unsupported, names)
             name = answer.reference
             evidence = Evidence(scene, name, ours, theirs, stability, comparison)
@@ -200,7 +204,8 @@ def render_by(reference: Reference, scene: Scene, room: Path) -> _Answered:
     rendering = reference.render(scene, room)
     seconds = time.perf_counter() - start
     path = room / "frame.npz"
-    write_frame(rendering.frame, path)
+    if rendering.frame:
+        write_frame(rendering.frame, path)
     return _Answered(
         reference.name,
         reference.declare(scene),
