@@ -36,10 +36,10 @@ CATEGORIES = palette(
 #: Upper bounds of error over tolerance in each of the bands below; what is more is in the last.
 BOUNDS: tuple[float, ...] = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 16.0)
 
-#: Colours of the bands, in even steps of lightness: blue up to 1, orange and above beyond it.
+#: Colours of the bands, in steps of 10 of CIE lightness, 14 at the tolerance: blue, then orange.
 BANDS = palette(
-    "0a1826", "123350", "1b4d7c", "2a6eae", "5b9fdc",
-    "ee8520", "f6ab55", "fccf8f", "fff2d6",
+    "0a1826", "102e48", "18446e", "205c93", "2975bb",
+    "e37a18", "eca452", "f6ca8c", "fff2d6",
 )  # fmt: skip
 
 #: The two stripes of the hatching over uncertain pixels, and the line around wrong ones.

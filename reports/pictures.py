@@ -156,9 +156,16 @@ def _channels(name: str, values: Array, span: Span) -> Bytes:
 
 
 def _rgb(codes: Bytes, given: Bools) -> bytes:
-    image = Image.fromarray(np.where(given[..., None], codes, NOTHING).astype(np.uint8))
-    few = image.quantize(colors=_COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-    return _png(few)
+    """Colours (ny, nx, 3), reduced to few; where none is given, the colour of nothing."""
+    index = np.full(given.shape, _COLORS)
+    colors = np.tile(NOTHING, (_COLORS + 1, 1))
+    if given.any():
+        strip = Image.fromarray(codes[given][None])
+        few = strip.quantize(_COLORS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        found = np.array(few.getpalette(), dtype=np.uint8).reshape(-1, 3)[:_COLORS]
+        colors[: len(found)] = found
+        index[given] = np.asarray(few)[0]
+    return _indexed(index, colors)
 
 
 def _indexed(index: NDArray[np.integer], colors: Bytes) -> bytes:

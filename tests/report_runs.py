@@ -1,0 +1,104 @@
+"""Runs for the reports' tests, made in this process: real checks, and every other way to end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fake_references import (
+    HOSTILE,
+    CannotSay,
+    Faulty,
+    Honest,
+    Missing,
+    OnePixel,
+    Partial,
+    WrongSize,
+    small_scene,
+)
+
+from minirt.quantities import QUANTITIES
+from minirt.scene import Scene
+from reference.compare import State, without_answer
+from reference.source import Reference, Unsupported
+from reference.verify import ReferenceResult, SceneResult, judge, render_by
+from reports.digest import pictures_of
+from reports.provenance import provenance
+from reports.record import Run
+from reports.verdict import decide
+
+NAMES = tuple(QUANTITIES)
+
+#: References that end as a child process does, by name: state, reason, last output.
+ENDINGS: dict[str, tuple[State, str, str]] = {
+    "aborting": (
+        "crashed",
+        "the process was ended by SIGABRT",
+        f"first line\nLLVM ERROR: {HOSTILE}",
+    ),
+    "hanging": ("timed out", "no answer within 5 s", "loading the kernel"),
+}
+
+
+def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
+    """One scene against references; those named in ENDINGS end so, without a child process."""
+    return SceneResult(scene, tuple(_answer(scene, r) for r in references), 0.5, 100 * 2**20)
+
+
+def _answer(scene: Scene, reference: Reference) -> ReferenceResult:
+    if reference.name in ENDINGS:
+        state, reason, output = ENDINGS[reference.name]
+        return _none(reference, state, reason, output)
+    missing = reference.missing()
+    if missing:
+        return _none(reference, "missing", missing)
+    with TemporaryDirectory() as room:
+        try:
+            answered = render_by(reference, scene, Path(room))
+        except Unsupported as error:
+            return _none(reference, "not supported", str(error))
+        verdict = judge(scene, (answered,), NAMES, pictures_of)
+    checks, digest = verdict.comparisons[reference.name]
+    return ReferenceResult(
+        reference.name, answered.program, checks, answered.declared, 0.25, "", digest
+    )
+
+
+def _none(reference: Reference, state: State, reason: str, output: str = "") -> ReferenceResult:
+    checks = without_answer(NAMES, state, reason)
+    return ReferenceResult(reference.name, reference.name, checks, output=output)
+
+
+def run_of(
+    scenes: Sequence[Scene], references: Sequence[Reference], required: Sequence[str] = ()
+) -> Run:
+    """A run that was not written anywhere."""
+    results = tuple(result_of(scene, references) for scene in scenes)
+    names = tuple(reference.name for reference in references)
+    verdict = decide(results, names, required)
+    return Run(results, names, tuple(required), verdict, provenance(), 1.5, Path("report"))
+
+
+@cache
+def good_run() -> Run:
+    """Two scenes that pass."""
+    return run_of([small_scene(), small_scene("second")], [Honest()], ["honest"])
+
+
+@cache
+def troubled_run() -> Run:
+    """A scene with a hostile name and one without, each ending in every possible way."""
+    ended = (Honest("aborting"), Honest("hanging"))
+    references = (
+        Honest(), OnePixel(), Faulty(), Partial(), WrongSize(), CannotSay(), Missing(), *ended,
+    )  # fmt: skip
+    scenes = (small_scene(HOSTILE, about=HOSTILE, proves=HOSTILE), small_scene())
+    return run_of(scenes, references, ["missing"])
+
+
+@cache
+def empty_run() -> Run:
+    """No scene at all."""
+    return run_of([], [Honest()])
