@@ -45,8 +45,8 @@ def resolve_look_at(model: LookAtScreenModel, where: str) -> VirtualScreen:
     v = _unit(cross(n, u))
     top = half_angle_tangent(camera.fov_y)
     side = top * model.nx / model.ny
-    P0, axes = camera.eye, [tuple(map(float, axis)) for axis in (u, v, n)]
-    return VirtualScreen(P0, *axes, -1.0, -side, side, -top, top, model.nx, model.ny)  # type: ignore[arg-type]
+    u_, v_, n_ = ((float(x), float(y), float(z)) for x, y, z in (u, v, n))
+    return VirtualScreen(camera.eye, u_, v_, n_, -1.0, -side, side, -top, top, model.nx, model.ny)
 
 
 def half_angle_tangent(degrees: float) -> float:
