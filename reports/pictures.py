@@ -18,7 +18,7 @@ from reports.colors import BANDS, CATEGORIES, HATCH, MASKS, NOTHING, RING, Bytes
 #: Steps of a picture of lengths: fine enough for the eye, and they compress.
 _LEVELS = 64
 #: Colours of a picture of vectors or of light.
-_COLORS = 96
+_COLORS = 250
 #: A picture's side per pixel of width of the line around wrong pixels, which stays clear of them.
 _SIDES_PER_LINE = 100
 
@@ -161,7 +161,7 @@ def _rgb(codes: Bytes, given: Bools) -> bytes:
     colors = np.tile(NOTHING, (_COLORS + 1, 1))
     if given.any():
         strip = Image.fromarray(codes[given][None])
-        few = strip.quantize(_COLORS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        few = strip.quantize(_COLORS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
         found = np.array(few.getpalette(), dtype=np.uint8).reshape(-1, 3)[:_COLORS]
         colors[: len(found)] = found
         index[given] = np.asarray(few)[0]
