@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from minirt.vectors import Floats, Index, norm
+from minirt.vectors import Bools, Floats, Index, dot, norm
 
 _WIDTH = 8
 #: Boxes grow by this share of the largest coordinate in play: some 4,000 times the rounding of it.
@@ -137,7 +136,7 @@ def visit(
 
 def may_cross(
     P0: Floats, d: Floats, offset: Floats, N: Floats, lower: Floats, upper: Floats
-) -> NDArray[np.bool_]:
+) -> Bools:
     """Whether n rays may meet flat things where these lie: in their plane and within their box.
 
     The planes X·N = offset are met with matrix products, which round as they like: the point met
@@ -165,6 +164,24 @@ def may_cross(
         X = P0[k][:, None] + t * d[k][:, None]
         within &= (lower[k] - pad <= X) & (upper[k] + pad >= X)
     return within | ~steep
+
+
+def may_touch(P0: Floats, d: Floats, C: Floats, R: Floats) -> Bools:
+    """Whether the lines of n rays (3, n) may meet spheres with centres (3, c) and radii (c,).
+
+    Δ ≥ 0 by matrix products, which round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and
+    R², and err by some ten roundings; the pad is a thousand times that.
+
+    Returns
+    -------
+    (n, c) bool
+    """
+    dd, PP, CC = dot(d, d)[:, None], dot(P0, P0)[:, None], dot(C, C)
+    b = d.T @ C - dot(d, P0)[:, None]
+    LL = PP + CC - 2.0 * (P0.T @ C)
+    RR = R * R
+    touched: Bools = b * b >= dd * (LL - RR - _PAD * (PP + CC + RR))
+    return touched
 
 
 def _box_span(P0: Floats, inverse: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.bvh import Tree, may_cross, reciprocal, visit
+from minirt.bvh import Tree, may_cross, may_touch, reciprocal, visit
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
@@ -139,20 +139,32 @@ class _Query:
             self._keep(chunk, test(chunk, primitives))
 
     def _spheres(self, rays: Index, which: Index) -> Hits:
-        spheres = self.geometry.spheres
-        P0, d = self.P0[:, rays, None], self.d[:, rays, None]
-        t0, t1 = self.t0[rays, None], self.t1[rays, None]
+        spheres, shape = self.geometry.spheres, (len(rays), len(which))
+        t = np.full(shape, np.inf)
+        pair = self._sphere_pairs(rays, which)
+        some, of = rays[pair[0]], which[pair[1]]
+        t0, t1, accept = self.t0[some], self.t1[some], self.rules.in_interval
         near, far = self.rules.sphere(
-            P0, d, spheres.center[:, None, which], spheres.radius[None, which]
+            self.P0[:, some], self.d[:, some], spheres.center[:, of], spheres.radius[of]
         )
-        accept = self.rules.in_interval
-        t = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
+        t[pair] = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
         t = self._but(t, rays, spheres.object[which], np.int32(0))
         first = t.argmin(axis=1)
-        t = t[np.arange(len(rays)), first]
-        nan = np.full(len(rays), np.nan)
         found = spheres.object[which[first]]
-        return Hits(t, found, np.zeros_like(found), nan, nan)
+        nan = np.full(len(rays), np.nan)
+        return Hits(t[np.arange(len(rays)), first], found, np.zeros_like(found), nan, nan)
+
+    def _sphere_pairs(self, rays: Index, which: Index) -> tuple[Index, ...]:
+        """Places in rays and in which of the pairs that the kernel is to decide."""
+        spheres = self.geometry.spheres
+        if not self._culls():
+            return _every_pair(rays, which)
+        return np.nonzero(
+            may_touch(
+                self.P0[:, rays], self.d[:, rays],
+                spheres.center[:, which], spheres.radius[which],
+            )
+        )  # fmt: skip
 
     def _triangles(self, rays: Index, which: Index) -> Hits:
         tri = self.geometry.triangles
@@ -176,7 +188,7 @@ class _Query:
     def _triangle_pairs(self, rays: Index, which: Index) -> tuple[Index, ...]:
         """Places in rays and in which of the pairs that the kernel is to decide."""
         if not self._culls():
-            return np.nonzero(np.ones((len(rays), len(which)), dtype=np.bool_))
+            return _every_pair(rays, which)
         tri = self.geometry.triangles
         return np.nonzero(
             may_cross(
@@ -231,3 +243,7 @@ class _Query:
         chosen = rays[better]
         self.best.put(chosen, found.take(np.flatnonzero(better)))
         self.limit[chosen] = _ANSWERED if self.any_hit else found.t[better]
+
+
+def _every_pair(rays: Index, which: Index) -> tuple[Index, ...]:
+    return np.nonzero(np.ones((len(rays), len(which)), dtype=np.bool_))

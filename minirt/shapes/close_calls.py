@@ -80,14 +80,12 @@ def within_span(
     There the plane's t may err by more than the triangle is long. The point met lies in the
     triangle, so its t lies between the vertices' own.
     """
-    met = np.nonzero(inside & np.isfinite(t))
-    P0, d, a, b, c, N = _chosen(met, P0, d, a, b, c, N)
     slope = dot(d, N)
-    grazing = np.flatnonzero(slope * slope < _GRAZING**2 * dot(d, d) * dot(N, N))
-    if not len(grazing):
+    grazing = slope * slope < _GRAZING**2 * dot(d, d) * dot(N, N)
+    pairs = np.nonzero(inside & grazing & np.isfinite(t))
+    if not len(pairs[0]):
         return t
-    pairs = tuple(axis[grazing] for axis in met)
-    ends = _ends(*(v[:, grazing] for v in (P0, d, a, b, c)))
+    ends = _ends(*_chosen(pairs, P0, d, a, b, c))
     result = t.copy()
     result[pairs] = np.clip(t[pairs], ends.min(axis=0), ends.max(axis=0))
     return result
