@@ -12,7 +12,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from converters.frames import read_frame, write_frame
-from minirt.errors import MinirtError
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
@@ -245,16 +244,27 @@ def _result(
 ) -> SceneResult:
     outcome = job.outcome()
     if outcome.state != "done":
-        raise MinirtError(
-            "minirt itself failed", where=scene.name, got=outcome.reason + "\n" + outcome.output
+        checks = without_answer(names, "crashed", f"minirt itself failed: {outcome.reason}")
+        return SceneResult(
+            scene,
+            tuple(
+                ReferenceResult(entry.reference, entry.program, checks, output=outcome.output)
+                for entry in ended
+            ),
         )
     verdict: _Verdict = outcome.value
-    results = []
-    for entry in ended:
-        if isinstance(entry, _Answered):
-            checks, digest = verdict.comparisons[entry.reference]
-            entry = ReferenceResult(
-                entry.reference, entry.program, checks, entry.declared, entry.seconds, "", digest
-            )
-        results.append(entry)
-    return SceneResult(scene, tuple(results), verdict.seconds, verdict.peak_memory)
+    return SceneResult(
+        scene,
+        tuple(_compared(entry, verdict) for entry in ended),
+        verdict.seconds,
+        verdict.peak_memory,
+    )
+
+
+def _compared(entry: ReferenceResult | _Answered, verdict: _Verdict) -> ReferenceResult:
+    if isinstance(entry, ReferenceResult):
+        return entry
+    checks, digest = verdict.comparisons[entry.reference]
+    return ReferenceResult(
+        entry.reference, entry.program, checks, entry.declared, entry.seconds, "", digest
+    )

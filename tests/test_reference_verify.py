@@ -141,3 +141,20 @@ def test_nothing_to_compare_is_no_failure_of_minirt() -> None:
     partial, honest = result.references
     assert [c.state for c in partial.checks] == ["not supported", "not given"]
     assert {c.state for c in honest.checks} == {"passed"}
+
+
+def fails_on_first(evidence: Evidence) -> str:
+    if evidence.scene.name == "first":
+        raise RuntimeError("no more ink")
+    return evidence.reference
+
+
+def test_when_minirt_itself_fails_the_other_scenes_are_still_compared() -> None:
+    scenes = [small_scene("first"), small_scene("second")]
+    first, second = verify(scenes, [Honest()], 1, fails_on_first)
+    (lost,), (kept,) = first.references, second.references
+    assert {c.state for c in lost.checks} == {"crashed"}
+    assert lost.checks[0].reason == "minirt itself failed: RuntimeError: no more ink"
+    assert "no more ink" in lost.output
+    assert {c.state for c in kept.checks} == {"passed"}
+    assert kept.digest == "honest"
