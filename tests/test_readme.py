@@ -1,0 +1,85 @@
+"""What the README shows is what the code does."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import minirt
+from minirt.quantities import QUANTITIES
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def block(language: str, containing: str) -> str:
+    """The one code block of a language that contains a text."""
+    blocks = re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    (found,) = [b for b in blocks if containing in b]
+    return str(found)
+
+
+def rows(first: str) -> list[list[str]]:
+    """Cells of the table rows whose first cell matches a pattern."""
+    cells = [re.split(r"(?<!\\)\|", line.strip("|\n")) for line in README.splitlines()]
+    stripped = [[cell.strip() for cell in row] for row in cells]
+    return [row for row in stripped if re.fullmatch(first, row[0])]
+
+
+COMMANDS = [
+    line.split("#")[0].strip()
+    for line in block("sh", "minirt render").splitlines()
+    if line.startswith("minirt")
+]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_runs(command: str, tmp_path: Path) -> None:
+    words = command.split()
+    done = subprocess.run(
+        [str(Path(sys.executable).with_name(words[0])), *words[1:]],
+        cwd=tmp_path, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_commands_are_all_there() -> None:
+    assert {c.split()[1] for c in COMMANDS} == {
+        "render", "explain", "verify", "export", "scenes", "doctor",
+    }  # fmt: skip
+
+
+def test_the_python_example_runs() -> None:
+    names: dict[str, object] = {}
+    exec(block("python", "minirt.load_scene"), names)  # noqa: S102 - our own README
+    frame = names["frame"]
+    assert isinstance(frame, minirt.Frame)
+    assert frame["depth"].shape == (192, 256)
+
+
+def test_the_scene_example_loads() -> None:
+    scene = minirt.load_scene(json.loads(block("json", '"minirt": 1')))
+    assert [thing.type for thing in scene.objects] == ["sphere", "polygon"]
+
+
+def test_the_table_of_quantities_is_the_codes() -> None:
+    table = {row[0].strip("`"): row for row in rows(r"`[a-z_]+`") if len(row) == 4}
+    assert list(table) == list(QUANTITIES)
+    for name, quantity in QUANTITIES.items():
+        size = f" ×{quantity.components}" if quantity.components > 1 else ""
+        assert table[name][1] == quantity.dtype + size
+        meaning = table[name][3].replace("\\|", "|")
+        assert meaning == f"{quantity.about} ({', '.join(quantity.rules)})"
+
+
+def test_every_rule_and_departure_has_its_row_and_its_file() -> None:
+    assert [row[0] for row in rows(r"S\d+")] == [f"S{k}" for k in range(1, 18)]
+    assert [row[0] for row in rows(r"E\d")] == [f"E{k}" for k in range(1, 9)]
+    root = Path(__file__).parents[1]
+    for row in rows(r"S\d+"):
+        for file in re.findall(r"`(minirt/[^`]+)`", row[2]):
+            assert (root / file).is_file(), file
