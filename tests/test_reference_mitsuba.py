@@ -288,3 +288,17 @@ def test_llvm_must_be_new_enough(monkeypatch: pytest.MonkeyPatch, tmp_path: Path
         found = llvm.find_llvm()
         assert found is not None
         assert found.name == name
+
+
+def loaded_llvm() -> set[str]:
+    """Files of LLVM that this process has loaded."""
+    lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
+    return {line.split()[-1] for line in lines if "libLLVM" in line}
+
+
+def test_llvm_is_the_suitable_one_after_a_variant_that_needs_none(tmp_path: Path) -> None:
+    """drjit loads a library with the first variant and keeps it: it must not be an older one."""
+    with Workers(1) as pool:
+        for route in (SCALAR, LLVM):
+            rendering_of(route, scene(ball("glass")), pool, tmp_path)
+        assert pool.submit(60, loaded_llvm).outcome().value == {str(llvm.find_llvm())}

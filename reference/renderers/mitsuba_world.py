@@ -19,9 +19,13 @@ from reference.renderers.mitsuba_trace import World
 
 
 def start(variant: str) -> tuple[Any, Any]:
-    """Import Mitsuba and drjit with a variant set. An abort in here cannot be caught."""
+    """Import Mitsuba and drjit with a variant set. An abort in here cannot be caught.
+
+    drjit loads its LLVM library once, with Mitsuba's first variant whichever that is: an
+    unsuitable one would stay for a vectorised variant that the same process starts later.
+    """
     library = find_llvm()
-    if variant.startswith("llvm") and library is not None:
+    if library is not None:
         os.environ[VARIABLE] = str(library)
     mi, dr = importlib.import_module("mitsuba"), importlib.import_module("drjit")
     mi.set_variant(variant)
