@@ -50,6 +50,11 @@ class Declared:
         How it starts secondary rays; None: as minirt does.
     derivation : str
         Where delta and angle come from, for people.
+    slope : float
+        What delta grows by per distance from the observer, dimensionless: a renderer that rounds
+        to parts of a pixel strays by the more, the farther it looks.
+    grain : float
+        Further relative error of a distance from the observer: the steps of a depth buffer.
     """
 
     delta: float
@@ -58,6 +63,8 @@ class Declared:
     color: float
     start: NormalOffset | AlongRay | None
     derivation: str
+    slope: float = 0.0
+    grain: float = 0.0
 
 
 @dataclass(frozen=True)

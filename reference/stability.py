@@ -4,10 +4,10 @@ Each pixel is traced six times. Once as the lecture says; once with secondary ra
 the other renderer starts them; and four times with, besides, every ray that is cast (primary,
 shadow, reflected, refracted) moved sideways by √2·δ, in four directions perpendicular to it. The
 factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of the
-four, whatever its direction. In those four, facets are tilted by what the rounding of their
-vertices can turn them. One of the four also answers with the runner-up where a second surface
-lies within the error of the first (coplanar or touching surfaces), since the other renderer may
-well see that one.
+four, whatever its direction. Where δ grows with the distance, primary rays are also tilted, to
+the same side. In those four, facets are tilted by what the rounding of their vertices can turn
+them. One of the four also answers with the runner-up where a second surface lies within the error
+of the first (coplanar or touching surfaces), since the other renderer may well see that one.
 
 A discrete quantity is certain where all six agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
@@ -17,7 +17,7 @@ the largest movement seen.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from minirt.render import (
     frame_meta,
     tiles,
 )
+from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest
 from minirt.vectors import Bools, Floats, cross, dot, norm, unit
@@ -157,8 +158,8 @@ class _Sink:
 class Restarted(Whitted):
     """The lecture's algorithm with secondary rays started as another renderer starts them."""
 
-    def __init__(self, scene: Scene, declared: Declared) -> None:
-        super().__init__(scene)
+    def __init__(self, scene: Scene, declared: Declared, rules: Rules = SLIDES) -> None:
+        super().__init__(scene, rules)
         self.declared = declared
 
     def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
@@ -184,9 +185,16 @@ class Displaced(Restarted):
     """
 
     def __init__(self, scene: Scene, declared: Declared, levers: Levers, k: int) -> None:
-        super().__init__(scene, declared)
         self.levers, self.k = levers, k
-        self.step = 2.0**0.5 * declared.delta
+        self.step, self.tilt = 2.0**0.5 * declared.delta, 2.0**0.5 * declared.slope
+        rules = replace(SLIDES, ray_direction=self.primary_direction) if self.tilt else SLIDES
+        super().__init__(scene, declared, rules)
+
+    def primary_direction(self, P_minus_P0: Floats) -> Floats:
+        """The direction of a pixel's ray, tilted to the side that its origin is moved to."""
+        d = SLIDES.ray_direction(P_minus_P0)
+        tilted: Floats = d + self.tilt * norm(d) * sideways(d, self.k)
+        return tilted
 
     def primary_origin(self, d: Floats) -> Floats:
         """The observer, moved sideways."""
@@ -215,8 +223,8 @@ class Displaced(Restarted):
         rays = points.rays
         d = d[:, rays]
         slope = np.maximum(np.abs(dot(points.normal, points.delta)), 2.0**-20)
-        gap = 2.0 * self.step / slope / norm(d)
-        t = points.hits.t
+        t, length = points.hits.t, norm(d)
+        gap = 2.0 * (self.step / length + self.tilt * t) / slope + 2.0 * self.declared.grain * t
         other = nearest(
             self.geometry, self.rules, P0[:, rays], d, np.maximum(t - gap, t0), t + gap, points.hits
         )
@@ -302,27 +310,29 @@ def _movement(base: Array, moved: list[Array]) -> Floats:
 def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -> dict[str, Floats]:
     """The part (n,) of each tolerance that is there when nothing moves.
 
-    δ along the ray for a length; for a ratio, δ over the length it is measured in; for a normal, δ
-    over the local radius of curvature, or the vertices' error over a facet's height, and the
-    rounding of a unit vector.
+    δ along the ray, and the grain, for a length; for a ratio, δ over the length it is measured in;
+    for a normal, δ over the local radius of curvature, or the vertices' error over a facet's
+    height, and the rounding of a unit vector.
     """
     n = len(base["object"])
     nan = np.full(n, np.nan)
     hits = Hits(base["t"], base["object"], base["triangle"], nan, nan)
     lever = levers.at(hits, geometry)
-    length = np.full(n, declared.delta)
+    distance = np.where(base["hit"], base["distance"], 0.0)
+    delta = declared.delta + declared.slope * distance
+    length = delta + declared.grain * distance
     per_t = np.divide(base["t"], base["distance"], out=np.zeros(n), where=base["hit"])
     flat = np.isin(base["object"], np.flatnonzero(geometry.kind != Kind.SPHERE))
-    turn = declared.angle + np.where(flat, 2.0**0.5 * declared.vertex, declared.delta) / lever
+    turn = declared.angle + np.where(flat, 2.0**0.5 * declared.vertex, delta) / lever
     angle = np.full(n, 2.0 * declared.angle)
     shade = np.abs(base["color"]).max(axis=0)
     return {
-        "ray": np.full(n, declared.angle),
-        "t": declared.delta * per_t,
+        "ray": np.full(n, declared.angle + declared.slope),
+        "t": length * per_t,
         "depth": length,
         "distance": length,
         "position": length,
-        "barycentric": declared.delta / lever,
+        "barycentric": delta / lever,
         "normal": turn,
         "reflection": angle,
         "reflection_t": length,

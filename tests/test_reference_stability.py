@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import minirt
 from minirt.frame import Frame
 from minirt.render import blank_frame, fill, tiles
+from minirt.rules import SLIDES
 from minirt.scene import Scene
 from minirt.vectors import Floats, dot, norm
 from minirt.whitted import Points, Whitted
@@ -119,6 +121,43 @@ def test_a_renderer_that_errs_far_beyond_its_word_is_found() -> None:
     careless = rendered_by(Sloppy(scene, declared(scene, 3000.0), 1))
     failed = {c.quantity for c in compare(scene, ours, stability, careless, {}).checks if c.wrong}
     assert {"hit", "object", "t", "normal", "reflection"} <= failed
+
+
+class Tilted(Whitted):
+    """An honest renderer that sees everything up to slope · distance aside, and grain · it off."""
+
+    def __init__(self, scene: Scene, error: Declared, seed: int) -> None:
+        self.error, self.rng = error, np.random.default_rng(seed)
+        super().__init__(scene, replace(SLIDES, ray_direction=self._tilt, depth_of=self._coarse))
+
+    def _tilt(self, d: Floats) -> Floats:
+        angle = self.rng.uniform(0, 2 * np.pi, d.shape[1])
+        aside: Floats = np.cos(angle) * sideways(d, 0) + np.sin(angle) * sideways(d, 1)
+        return d + self.error.slope * norm(d) * aside
+
+    def _coarse(self, t: Floats, nu: float) -> Floats:
+        factor = 1 + self.error.grain * self.rng.uniform(-1, 1, t.shape)
+        coarse: Floats = factor * SLIDES.depth_of(t, nu)
+        return coarse
+
+
+@pytest.mark.parametrize(("times", "alarm"), [(1, False), (30, True)])
+@pytest.mark.parametrize("far", [1.0, 100.0])
+def test_an_error_that_grows_with_the_distance_is_tolerated_to_its_bound(
+    far: float, times: float, alarm: bool
+) -> None:
+    """The same angles near and far: what is certain does not shrink with the depth of a scene."""
+    near = random_scene(3).document["objects"]
+    wall = [[-9 * far, -9 * far, -far], [9 * far, -9 * far, -far], [0, 9 * far, -3 * far]]
+    scene = scene_of([*near, {"type": "triangle", "material": "paint", "vertices": wall}])
+    error = Declared(0.0, 0.0, 0.0, 0.0, None, "", slope=1e-4, grain=1e-5)
+    names = ("hit", "object", "t", "depth", "distance")
+    ours, stability = measure(scene, error, names)
+    careless = replace(error, slope=times * error.slope, grain=times * error.grain)
+    theirs = rendered_by(Tilted(scene, careless, 5))
+    checks = compare(scene, ours, stability, theirs, {}, names).checks
+    assert any(check.wrong for check in checks) is alarm
+    assert min(check.certain / check.pixels for check in checks) > 0.97
 
 
 def test_silhouettes_are_uncertain_and_the_rest_is_not() -> None:
