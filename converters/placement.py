@@ -63,9 +63,22 @@ def fitted_placement(scene: Scene) -> Placement:
     largest = float(np.maximum(np.abs(low), np.abs(high)).max())
     if COMFORTABLE[0] <= scene.extent <= COMFORTABLE[1] and largest <= 2 * scene.extent:
         return IDENTITY
+    return centered_placement(scene, 6)
+
+
+def centered_placement(scene: Scene, size: int = 0) -> Placement:
+    """The middle of everything (objects and observer) at the origin, the extent of a given size.
+
+    Parameters
+    ----------
+    scene : Scene
+    size : int
+        The extent falls within [2**(size − 1), 2**size).
+    """
+    low, high = _bounds(scene)
     exponent = math.frexp(scene.extent)[1]  # extent = m · 2**exponent, ½ ≤ m < 1
     x, y, z = (0.5 * low + 0.5 * high).tolist()
-    return Placement(2.0 ** (6 - exponent), (x, y, z))
+    return Placement(2.0 ** (size - exponent), (x, y, z))
 
 
 def reach(scene: Scene, placement: Placement) -> float:
