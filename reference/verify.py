@@ -17,6 +17,7 @@ from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.compare import Check, Comparison, State, compare, without_answer
 from reference.isolate import Job, Workers
+from reference.quorum import Quorum, quorum_of
 from reference.source import Declared, Reference, Unsupported
 from reference.stability import Stability, measure
 
@@ -75,12 +76,24 @@ class ReferenceResult:
 
 @dataclass(frozen=True)
 class SceneResult:
-    """One scene against every reference; `seconds` and `peak_memory` (bytes) are minirt's own."""
+    """One scene against every reference.
+
+    Attributes
+    ----------
+    scene : Scene
+    references : tuple of ReferenceResult
+    seconds : float
+    peak_memory : int
+        In bytes; both are minirt's own.
+    quorum : tuple of Quorum
+        Who confirms what, a quantity each; empty where minirt itself failed.
+    """
 
     scene: Scene
     references: tuple[ReferenceResult, ...]
     seconds: float = 0.0
     peak_memory: int = 0
+    quorum: tuple[Quorum, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -101,6 +114,7 @@ class _Verdict:
     """What judging one scene hands back."""
 
     comparisons: dict[str, tuple[tuple[Check, ...], Any]]
+    quorum: tuple[Quorum, ...]
     seconds: float
     peak_memory: int
 
@@ -165,7 +179,8 @@ def judge(
     References that declare the same error share one measurement of stability.
     """
     start = time.perf_counter()
-    comparisons = {}
+    comparisons: dict[str, Comparison] = {}
+    digests: dict[str, Any] = {}
     groups: dict[Declared, list[_Answered]] = {}
     for answer in answers:
         groups.setdefault(replace(answer.declared, derivation=""), []).append(answer)
@@ -176,10 +191,12 @@ def judge(
             theirs = read_frame(answer.frame) if answer.given else Frame({})
             comparison = compare(scene, ours, stability, theirs, answer.unsupported, names)
             name = answer.reference
+            comparisons[name] = comparison
             evidence = Evidence(scene, name, ours, theirs, stability, comparison)
-            comparisons[name] = (comparison.checks, digest(evidence) if digest else None)
+            digests[name] = digest(evidence) if digest else None
+    checks = {name: (c.checks, digests[name]) for name, c in comparisons.items()}
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    return _Verdict(comparisons, time.perf_counter() - start, peak)
+    return _Verdict(checks, quorum_of(comparisons, names), time.perf_counter() - start, peak)
 
 
 def _start(
@@ -258,6 +275,7 @@ def _result(
         tuple(_compared(entry, verdict) for entry in ended),
         verdict.seconds,
         verdict.peak_memory,
+        verdict.quorum,
     )
 
 

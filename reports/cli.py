@@ -17,6 +17,7 @@ from reports.cli_doctor import doctor
 from reports.cli_explain import explain
 from reports.cli_export import export
 from reports.cli_render import render
+from reports.cli_rules import rules
 from reports.cli_scenes import scenes
 from reports.cli_verify import verify
 from reports.console import people, print_json
@@ -36,6 +37,7 @@ for command, example in (
     (verify, "verify atlas:glass-ball --reference mitsuba --out report"),
     (export, "export atlas:glass-ball --to mitsuba -o glass-ball"),
     (scenes, "scenes glass-ball"),
+    (rules, "rules"),
     (doctor, "doctor"),
 ):
     app.command(epilog=f"Example: minirt {example}")(command)

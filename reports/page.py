@@ -14,6 +14,7 @@ from minirt.quantities import QUANTITIES
 from reference.compare import CERTAIN_FLOOR, Check
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.stability import KAPPA
+from reference.traceability import passed_in, trace_rules
 from reference.verify import ReferenceResult, SceneResult
 from reports.colors import BANDS, BOUNDS, CATEGORIES, HATCH, MASKS, NOTHING, RING, css, viridis
 from reports.digest import Pictures, deserves_full, has_scale
@@ -151,6 +152,8 @@ def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str,
         "answers": [_answer(answer) for answer in result.references],
         "quantities": _quantities(result, section, pool),
         "silent": _not_compared(result),
+        "quorum": [q for q in result.quorum if q.sources],
+        "sources": max((len(q.sources) for q in result.quorum), default=0),
         "seconds": result.seconds,
         "memory": result.peak_memory / 2**20,
     }
@@ -176,6 +179,8 @@ def _errors(declared: Declared) -> list[tuple[str, str]]:
     """A reference's declared error, name by value."""
     return [
         ("δ", number(declared.delta)),
+        *([("per distance", number(declared.slope))] if declared.slope else []),
+        *([("steps of depth", f"{number(declared.grain)} of it")] if declared.grain else []),
         ("vertices", number(declared.vertex)),
         ("unit vectors", number(declared.angle)),
         ("colour", number(declared.color) if declared.color else "gives none"),
@@ -296,6 +301,8 @@ def _bands() -> list[tuple[str, str, bool]]:
 def _rules(run: Run) -> list[dict[str, Any]]:
     """A row for each rule: the scenes that list it, what checks it, how they ended."""
     rows = []
+    passed = passed_in(run.results)
+    traced = {row.rule: row for row in trace_rules([r.scene for r in run.results], passed)}
     for rule, name in RULE_NAMES.items():
         scenes = [(k, r) for k, r in enumerate(run.results, start=1) if rule in r.scene.rules]
         found = scene_counts(r for _, r in scenes)
@@ -304,7 +311,8 @@ def _rules(run: Run) -> list[dict[str, Any]]:
                 "rule": rule,
                 "name": name,
                 "scenes": [(anchor(k, r), r.scene.name, scene_state(r)) for k, r in scenes],
-                "quantities": [q.name for q in QUANTITIES.values() if rule in q.rules],
+                "quantities": traced[rule].quantities,
+                "compared": list(traced[rule].compared.items()),
                 "state": next((s for s in _ORDER if found[s]), "no scene"),
             }
         )

@@ -131,6 +131,8 @@ class DeclaredModel(_Model):
     color: float = Field(description="relative, of a colour channel")
     start: StartModel | None = Field(description="of secondary rays; null: as minirt does")
     derivation: str
+    slope: float = Field(description="what delta grows by per distance from the observer")
+    grain: float = Field(description="further relative error of a distance from the observer")
 
 
 class AnswerModel(_Model):
@@ -142,6 +144,20 @@ class AnswerModel(_Model):
     declared: DeclaredModel | None
     output: str = Field(description="its last output, where it gave no answer")
     checks: list[CheckModel]
+
+
+class QuorumModel(_Model):
+    """One quantity of one scene over all references that gave it."""
+
+    quantity: str
+    sources: list[str] = Field(description="references that gave it")
+    confirmed: list[Natural] = Field(
+        description="confirmed[k]: pixels at which exactly k sources judged and agree with minirt"
+    )
+    dissent: dict[str, Natural] = Field(description="by source: certain pixels that differ")
+    alone: dict[str, Natural] = Field(
+        description="of those: where all others that judged, one at least, agree with minirt"
+    )
 
 
 class SceneModel(_Model):
@@ -160,6 +176,7 @@ class SceneModel(_Model):
     seconds: float = Field(description="minirt's own, stability included")
     peak_memory: Natural = Field(description="bytes, of the process that compared it")
     references: list[AnswerModel]
+    quorum: list[QuorumModel] = Field(description="a quantity each")
 
 
 class ProvenanceModel(_Model):
@@ -255,6 +272,10 @@ def _scene(result: SceneResult) -> SceneModel:
         seconds=result.seconds,
         peak_memory=result.peak_memory,
         references=[_answer(answer) for answer in result.references],
+        quorum=[
+            QuorumModel(**{**vars(q), "sources": list(q.sources), "confirmed": list(q.confirmed)})
+            for q in result.quorum
+        ],
     )
 
 

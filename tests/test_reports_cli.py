@@ -27,7 +27,7 @@ from reference import registry
 from reports import doctor as doctors
 from reports.cli import app, run
 
-COMMANDS = ("render", "explain", "verify", "export", "scenes", "doctor")
+COMMANDS = ("render", "explain", "verify", "export", "scenes", "rules", "doctor")
 #: The command as a child process, where a stream of its own is what is tested.
 MINIRT = (sys.executable, "-c", "from reports.cli import main; main()")
 BALL = "atlas:ball-on-quad"
@@ -480,3 +480,29 @@ def test_a_reader_that_has_gone_is_no_error(arguments: list[str]) -> None:
     done = subprocess.run([*MINIRT, *arguments], stdout=writing, stderr=subprocess.PIPE)
     os.close(writing)
     assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_rules_name_who_compared_them_only_where_a_run_is_given(
+    command: Command, references: dict[str, Any], tmp_path: Path
+) -> None:
+    out = tmp_path / "report"
+    assert (
+        command("verify", "atlas:one-triangle", "--reference", "honest", "-o", str(out)).status == 0
+    )
+    plain = one_document(command("rules", "--json"))["rules"]
+    run = one_document(command("rules", "--results", str(out / "results.json"), "--json"))["rules"]
+    assert [row["rule"] for row in plain[:16]] == [f"S{k}" for k in range(1, 17)]
+    assert all(row["functions"] and row["quantities"] and row["scenes"] for row in plain[:16])
+    assert not any(row["compared"] for row in plain)
+    by_rule = {row["rule"]: row["compared"] for row in run}
+    assert by_rule["S9"] == {"honest": 1}
+    assert by_rule["S8"] == {}
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"scenes": 3}', '{"scenes": [{}]}'])
+def test_rules_refuse_what_is_no_run(text: str, command: Command, tmp_path: Path) -> None:
+    file = tmp_path / "results.json"
+    file.write_text(text, encoding="utf-8")
+    done = command("rules", "--results", str(file))
+    assert done.status == 2
+    assert "not the results of a run" in done.err
