@@ -1,0 +1,76 @@
+"""A scene inside pyrender: built, drawn in one pass, its buffers read back."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from converters.pyrender import PyrenderScene
+from minirt.vectors import Floats, Ints
+
+#: Objects that three bytes of colour tell apart, beside the background's black.
+MOST_OBJECTS = 2**24 - 1
+
+
+def start() -> Any:
+    """Import pyrender with OpenGL by EGL, which needs no window; the choice is the process's."""
+    os.environ["PYOPENGL_PLATFORM"] = "egl"
+    return importlib.import_module("pyrender")
+
+
+def draw(whole: PyrenderScene) -> tuple[Ints, Floats, str]:
+    """Object (−1: none) and depth in scene units of every pixel, and the driver's name.
+
+    `RenderFlags.SEG` is the pass without multisampling: it is drawn at the pixels' centres.
+
+    Returns
+    -------
+    object : (ny, nx) int32
+    depth : (ny, nx) float64
+        0 where there is no object.
+    driver : str
+    """
+    pyrender, gl = start(), importlib.import_module("OpenGL.GL")
+    world, colors = build(pyrender, whole)
+    renderer = pyrender.OffscreenRenderer(whole.scene.screen.nx, whole.scene.screen.ny)
+    try:
+        color, depth = renderer.render(world, pyrender.RenderFlags.SEG, colors)
+        driver = gl.glGetString(gl.GL_RENDERER).decode()
+    finally:
+        renderer.delete()
+    return object_numbers(color), depth.astype(np.float64) / whole.scale, driver
+
+
+def build(pyrender: Any, whole: PyrenderScene) -> tuple[Any, dict[Any, tuple[int, int, int]]]:
+    """pyrender's scene, and the colour of each of its nodes."""
+    world, colors = pyrender.Scene(), {}
+    for part in whole.parts:
+        triangles = pyrender.Primitive(
+            positions=part.vertices, indices=part.faces, mode=pyrender.constants.GLTF.TRIANGLES
+        )
+        node = pyrender.Node(mesh=pyrender.Mesh([triangles]))
+        world.add_node(node)
+        colors[node] = object_color(part.object)
+    world.add_node(pyrender.Node(camera=pyrender.IntrinsicsCamera(**vars(whole.camera))))
+    return world, colors
+
+
+def object_color(number: int) -> tuple[int, int, int]:
+    """An object's number, counted from 1, in three bytes; black is the background.
+
+    Examples
+    --------
+    >>> object_color(0), object_color(254), object_color(65_535)
+    ((1, 0, 0), (255, 0, 0), (0, 0, 1))
+    """
+    return (number + 1) & 255, (number + 1) >> 8 & 255, (number + 1) >> 16
+
+
+def object_numbers(color: NDArray[np.uint8]) -> Ints:
+    """Numbers (ny, nx) of objects by their colours (ny, nx, 3); −1 for the background."""
+    red, green, blue = np.moveaxis(color.astype(np.int32), -1, 0)
+    return np.asarray(red + (green << 8) + (blue << 16) - 1, dtype=np.int32)
