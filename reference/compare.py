@@ -12,6 +12,7 @@ from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES, STAGES, Quantity, Stage
 from minirt.scene import Scene
 from minirt.vectors import Bools, Floats
+from reference.flip import FLIP_CEILING, flip_of
 from reference.similarity import SSIM_FLOOR, ssim_of
 from reference.stability import Stability
 
@@ -63,6 +64,8 @@ class Check:
         None where nothing was compared.
     ssim, ssim_floor : float or None
         Structural similarity of the whole picture, for hit, depth and shadow.
+    flip, flip_ceiling : float or None
+        Mean FLIP difference of the whole picture, for colour.
     """
 
     quantity: str
@@ -78,6 +81,8 @@ class Check:
     worst: Worst | None = None
     ssim: float | None = None
     ssim_floor: float | None = None
+    flip: float | None = None
+    flip_ceiling: float | None = None
 
     @property
     def ratio(self) -> float | None:
@@ -208,7 +213,7 @@ def _check(
     given = _has_value(quantity, ours[name])
     wrong = ratio > 1
     here = STAGES.index(quantity.stage)
-    ssim = ssim_of(name, ours, theirs)
+    ssim, flip = ssim_of(name, ours, theirs), flip_of(name, ours, theirs)
     check = Check(
         quantity=name,
         stage=quantity.stage,
@@ -222,6 +227,8 @@ def _check(
         worst=_worst(quantity, ours[name], theirs[name], stability, ratio),
         ssim=ssim,
         ssim_floor=None if ssim is None else SSIM_FLOOR[name],
+        flip=flip,
+        flip_ceiling=None if flip is None else FLIP_CEILING,
     )
     reason = _fault(check)
     return check if not reason else _failed(check, reason)
@@ -237,6 +244,12 @@ def _fault(check: Check) -> str:
         return f"only {share:.2%} of the pixels are certain, expected {check.floor:.2%}"
     if check.ssim is not None and check.ssim_floor is not None and check.ssim < check.ssim_floor:
         return f"SSIM {check.ssim:.5f} is below its floor {check.ssim_floor}"
+    if (
+        check.flip is not None
+        and check.flip_ceiling is not None
+        and check.flip > check.flip_ceiling
+    ):
+        return f"FLIP {check.flip:.5f} is above its ceiling {check.flip_ceiling}"
     return ""
 
 

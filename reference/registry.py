@@ -8,6 +8,7 @@ from minirt.errors import InputError
 from reference.renderers.llvm import find_llvm
 from reference.renderers.mitsuba import MitsubaReference
 from reference.renderers.mitsuba_cli import MitsubaCommand
+from reference.renderers.povray import PovrayReference
 from reference.source import Reference
 
 #: Every reference, by its name. None imports its renderer before it renders.
@@ -17,6 +18,7 @@ REFERENCES: dict[str, Reference] = {
         MitsubaReference("mitsuba-llvm"),
         MitsubaReference("mitsuba-scalar"),
         MitsubaCommand(),
+        PovrayReference(),
     )
 }
 

@@ -55,6 +55,11 @@ class Declared:
         to parts of a pixel strays by the more, the farther it looks.
     grain : float
         Further relative error of a distance from the observer: the steps of a depth buffer.
+    steps : tuple of (str, float)
+        By quantity, the absolute error of the format in which it is handed over, in its unit (of
+        t: in scene units), Euclidean for vectors; none where a quantity is not listed.
+    watertight : bool
+        Whether a ray always meets one of two facets that share the edge it goes through.
     """
 
     delta: float
@@ -65,6 +70,8 @@ class Declared:
     derivation: str
     slope: float = 0.0
     grain: float = 0.0
+    steps: tuple[tuple[str, float], ...] = ()
+    watertight: bool = True
 
 
 @dataclass(frozen=True)

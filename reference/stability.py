@@ -107,10 +107,11 @@ def measure(
         Of the quantities to be judged.
     """
     judged = chosen_quantities(quantities)
-    links = {link for name in judged for link in _CHAIN[name]}
+    chain = _chain(judged, declared)
+    links = {link for name in judged for link in chain[name]}
     exact, frame = Whitted(scene), blank_frame(scene)
     levers = _levers(exact.geometry)
-    sink = _Sink(scene, judged)
+    sink = _Sink(scene, chain)
     runs = [tiles(exact, {*frame, *links})]
     others = [Restarted(scene, declared)] if declared.start else []
     others += [Displaced(scene, declared, levers, k) for k in range(4)]
@@ -123,14 +124,24 @@ def measure(
     return Frame(frame, frame_meta(scene)), Stability(sink.certain, sink.tolerance)
 
 
+def _chain(judged: Iterable[str], declared: Declared) -> dict[str, tuple[str, ...]]:
+    """By quantity, those that must agree to make it certain.
+
+    Where facets that share an edge may leave a gap, all of them hang on which facet is met.
+    """
+    gaps = () if declared.watertight else ("object", "triangle")
+    itself = {name: (name,) if QUANTITIES[name].discrete else () for name in judged}
+    return {name: tuple(dict.fromkeys((*gaps, *_CHAIN[name], *itself[name]))) for name in judged}
+
+
 class _Sink:
     """Gathers, tile by tile, which pixels are certain and what is tolerated there."""
 
-    def __init__(self, scene: Scene, judged: tuple[str, ...]) -> None:
+    def __init__(self, scene: Scene, chain: dict[str, tuple[str, ...]]) -> None:
         size = (scene.screen.ny, scene.screen.nx)
-        self.judged = judged
-        self.certain = {name: np.zeros(size, dtype=np.bool_) for name in judged}
-        self.tolerance = {name: np.zeros(size) for name in judged if not QUANTITIES[name].discrete}
+        self.chain = chain
+        self.certain = {name: np.zeros(size, dtype=np.bool_) for name in chain}
+        self.tolerance = {name: np.zeros(size) for name in chain if not QUANTITIES[name].discrete}
 
     def judge(
         self, start: int, stop: int, tile: Tile, moved: list[Tile], bases: dict[str, Floats]
@@ -143,8 +154,7 @@ class _Sink:
                 agree[name] = np.logical_and.reduce(same)
             return agree[name]
 
-        for name in self.judged:
-            links = _CHAIN[name] + ((name,) if QUANTITIES[name].discrete else ())
+        for name, links in self.chain.items():
             stable = np.ones(stop - start, dtype=np.bool_)
             for link in links:
                 stable &= agreed(link)
@@ -312,7 +322,7 @@ def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -
 
     δ along the ray, and the grain, for a length; for a ratio, δ over the length it is measured in;
     for a normal, δ over the local radius of curvature, or the vertices' error over a facet's
-    height, and the rounding of a unit vector.
+    height, and the rounding of a unit vector. The steps of the other's format come on top.
     """
     n = len(base["object"])
     nan = np.full(n, np.nan)
@@ -326,7 +336,7 @@ def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -
     turn = declared.angle + np.where(flat, 2.0**0.5 * declared.vertex, delta) / lever
     angle = np.full(n, 2.0 * declared.angle)
     shade = np.abs(base["color"]).max(axis=0)
-    return {
+    bases = {
         "ray": np.full(n, declared.angle + declared.slope),
         "t": length * per_t,
         "depth": length,
@@ -341,3 +351,6 @@ def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -
         "color": declared.color * np.maximum(shade, 1e-6),
         "alpha": np.full(n, declared.color),
     }
+    for name, step in declared.steps:
+        bases[name] = bases[name] + step * (per_t if name == "t" else 1.0)
+    return bases

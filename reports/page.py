@@ -184,6 +184,7 @@ def _errors(declared: Declared) -> list[tuple[str, str]]:
         ("vertices", number(declared.vertex)),
         ("unit vectors", number(declared.angle)),
         ("colour", number(declared.color) if declared.color else "gives none"),
+        *((f"steps of {name}", number(step)) for name, step in declared.steps),
         ("secondary rays start", _start(declared.start)),
     ]
 

@@ -136,6 +136,8 @@ def facts(check: Check) -> list[str]:
         lines.append(f"worst pixel {worst}")
     if check.ssim is not None and check.ssim_floor is not None:
         lines.append(_similarity(check, check.ssim, check.ssim_floor))
+    if check.flip is not None and check.flip_ceiling is not None:
+        lines.append(f"FLIP {check.flip:.5f}, ceiling {check.flip_ceiling:g}")
     return lines
 
 

@@ -110,6 +110,8 @@ class CheckModel(_Model):
     worst: WorstModel | None
     ssim: Number | None
     ssim_floor: float | None
+    flip: Number | None
+    flip_ceiling: float | None
 
 
 class StartModel(_Model):
@@ -133,6 +135,8 @@ class DeclaredModel(_Model):
     derivation: str
     slope: float = Field(description="what delta grows by per distance from the observer")
     grain: float = Field(description="further relative error of a distance from the observer")
+    steps: dict[str, float] = Field(description="absolute error of the format, by quantity")
+    watertight: bool = Field(description="whether no ray slips between facets that share an edge")
 
 
 class AnswerModel(_Model):
@@ -297,7 +301,8 @@ def _check(check: Check) -> CheckModel:
 
 
 def _declared(declared: Declared) -> DeclaredModel:
-    return DeclaredModel(**{**vars(declared), "start": _start(declared.start)})
+    given = {"start": _start(declared.start), "steps": dict(declared.steps)}
+    return DeclaredModel(**{**vars(declared), **given})
 
 
 def _start(start: NormalOffset | AlongRay | None) -> StartModel | None:

@@ -1,0 +1,100 @@
+"""POV-Ray: analytic spheres in float64, and the one peer that shades as the slides do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from converters.placement import Placement
+from converters.povray import color_faults, povray_scene
+from converters.povray_media import transparent_bodies
+from converters.povray_shapes import povray_placement
+from minirt.frame import Frame
+from minirt.quantities import QUANTITIES
+from minirt.scene import Scene
+from minirt.vectors import Ints
+from reference.renderers import povray_passes as passes
+from reference.renderers.pixel_arrays import PixelArrays
+from reference.renderers.povray_errors import declared, exposure_of
+from reference.renderers.povray_lists import media_fault
+from reference.renderers.povray_run import find_povray, povray_version, render_pictures
+from reference.source import Declared, Rendering
+
+_GIVEN = (
+    "hit", "object", "triangle", "t", "depth", "distance", "position", "normal", "shadow", "color",
+)  # fmt: skip
+_DIRECTIONS = "POV-Ray's language tells points and colours, not where a ray goes from a point"
+_REASONS = {
+    "ray": _DIRECTIONS,
+    "barycentric": "POV-Ray has no barycentric coordinates",
+    "alpha": "α is a number that minirt carries along; POV-Ray has none that does nothing",
+}
+
+
+@dataclass(frozen=True)
+class PovrayReference:
+    """The `povray` program on five pictures of a scene: four that tell of hits, and its colours."""
+
+    name: str = "povray"
+
+    def missing(self) -> str | None:
+        """Why it cannot run here, with the command that would bring it; None where it can."""
+        if find_povray() is None:
+            return "POV-Ray is not installed: apt-get install povray"
+        return None
+
+    def declare(self, scene: Scene) -> Declared:
+        """How it errs on this scene."""
+        return declared(scene, povray_placement(scene))
+
+    def render(self, scene: Scene, scratch: Path) -> Rendering:
+        """Write the pictures' texts, run the program on all at once, read its images.
+
+        Raises
+        ------
+        ReferenceError
+            The program failed or took too long.
+        """
+        placement = povray_placement(scene)
+        grid = passes.Grid.of(scene, placement)
+        pictures = {
+            "what": passes.what(scene, placement),
+            "where-1": passes.where(scene, placement, grid, 1),
+            "where-2": passes.where(scene, placement, grid, 2),
+            "normal": passes.normal(scene, placement),
+        }
+        fault = _color_fault(scene)
+        if fault is None:
+            pictures["color"] = povray_scene(scene, exposure_of(scene))
+        codes = render_pictures(pictures, scene.screen, scratch)
+        frame = _frame(scene, placement, grid, codes)
+        reasons = {name: _REASONS.get(name, _DIRECTIONS) for name in QUANTITIES}
+        if fault is not None:
+            reasons["color"] = fault
+        unsupported = {name: reason for name, reason in reasons.items() if name not in frame}
+        return Rendering(frame, unsupported, povray_version())
+
+
+def _color_fault(scene: Scene) -> str | None:
+    """Why this scene's colours are not asked for; None where they are."""
+    faults = color_faults(scene)
+    return faults[0] if faults else media_fault(scene, transparent_bodies(scene))
+
+
+def _frame(scene: Scene, placement: Placement, grid: passes.Grid, codes: dict[str, Ints]) -> Frame:
+    """In minirt's conventions."""
+    number, face, outside, lit = passes.read_what(scene, codes["what"])
+    hit = number >= 0
+    position = placement.back(grid.position(codes["where-1"], codes["where-2"]))
+    ray = position - np.array(scene.screen.P0)
+    pixels = PixelArrays(scene)
+    pixels.put_hits(number, face, np.sqrt((ray * ray).sum(axis=1)))
+    pixels.put("position", position.T, hit)
+    pixels.put("normal", passes.read_normal(codes["normal"], outside).T, hit)
+    pixels.put("shadow", ~lit, hit)
+    if "color" in codes:
+        color = codes["color"] / (passes.WHITE * exposure_of(scene))
+        pixels.put("color", color.T, np.ones_like(hit))
+    return Frame(pixels.arrays)
