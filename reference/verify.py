@@ -14,8 +14,10 @@ from typing import Any
 from converters.frames import read_frame, write_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
+from minirt.render import render
 from minirt.scene import Scene
 from reference.compare import Check, Comparison, State, compare, without_answer
+from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
 from reference.isolate import Job, Workers
 from reference.quorum import Quorum, quorum_of
 from reference.source import Declared, Reference, Unsupported
@@ -87,6 +89,8 @@ class SceneResult:
         In bytes; both are minirt's own.
     quorum : tuple of Quorum
         Who confirms what, a quantity each; empty where minirt itself failed.
+    judgement : Judgement or None
+        minirt against exact arithmetic; None where minirt itself failed.
     """
 
     scene: Scene
@@ -94,6 +98,7 @@ class SceneResult:
     seconds: float = 0.0
     peak_memory: int = 0
     quorum: tuple[Quorum, ...] = ()
+    judgement: Judgement | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +120,7 @@ class _Verdict:
 
     comparisons: dict[str, tuple[tuple[Check, ...], Any]]
     quorum: tuple[Quorum, ...]
+    judgement: Judgement
     seconds: float
     peak_memory: int
 
@@ -181,12 +187,14 @@ def judge(
     start = time.perf_counter()
     comparisons: dict[str, Comparison] = {}
     digests: dict[str, Any] = {}
+    frame = Frame({})
     groups: dict[Declared, list[_Answered]] = {}
     for answer in answers:
         groups.setdefault(replace(answer.declared, derivation=""), []).append(answer)
     for error, alike in groups.items():
         given = {name for answer in alike for name in answer.given}.intersection(names)
         ours, stability = measure(scene, error, given) if given else _UNMEASURED
+        frame = ours or frame
         for answer in alike:
             theirs = read_frame(answer.frame) if answer.given else Frame({})
             comparison = compare(scene, ours, stability, theirs, answer.unsupported, names)
@@ -195,8 +203,18 @@ def judge(
             evidence = Evidence(scene, name, ours, theirs, stability, comparison)
             digests[name] = digest(evidence) if digest else None
     checks = {name: (c.checks, digests[name]) for name, c in comparisons.items()}
+    judgement = _judgement(scene, frame or render(scene, quantities=JUDGED), comparisons, names)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    return _Verdict(checks, quorum_of(comparisons, names), time.perf_counter() - start, peak)
+    seconds = time.perf_counter() - start
+    return _Verdict(checks, quorum_of(comparisons, names), judgement, seconds, peak)
+
+
+def _judgement(
+    scene: Scene, frame: Frame, comparisons: dict[str, Comparison], names: tuple[str, ...]
+) -> Judgement:
+    """minirt's own frame against exact arithmetic, in those of the quantities that it knows."""
+    known = Frame({name: frame[name] for name in JUDGED if name in names})
+    return judge_pixels(scene, known, pixels_to_judge(scene, comparisons))
 
 
 def _start(
@@ -276,6 +294,7 @@ def _result(
         verdict.seconds,
         verdict.peak_memory,
         verdict.quorum,
+        verdict.judgement,
     )
 
 

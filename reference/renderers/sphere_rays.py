@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from minirt.vectors import Bools, Floats, dot
 
-#: Ray–sphere pairs in one pass.
-_PAIRS = 2**22
+#: Ray–sphere pairs in one pass: what lies on the way then stays in the cache.
+_PAIRS = 2**17
 #: Room for the rounding of a squared distance, in coordinates of at most 1.
 _ROOM = 1e-12
 
