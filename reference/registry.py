@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from minirt.errors import InputError
+from reference.renderers.embree import EmbreeReference
 from reference.renderers.llvm import find_llvm
 from reference.renderers.mitsuba import MitsubaReference
 from reference.renderers.mitsuba_cli import MitsubaCommand
@@ -18,6 +19,7 @@ REFERENCES: dict[str, Reference] = {
         MitsubaReference("mitsuba-llvm"),
         MitsubaReference("mitsuba-scalar"),
         MitsubaCommand(),
+        EmbreeReference(),
         PovrayReference(),
     )
 }

@@ -18,9 +18,9 @@ Finding = tuple[SceneResult, ReferenceResult, Check]
 
 
 def scene_state(result: SceneResult) -> SceneState:
-    """How one scene ended over all its references."""
+    """How one scene ended over all its references, and before the judge."""
     states = {check.state for check in checks_of([result])}
-    if "failed" in states:
+    if "failed" in states or (result.judgement is not None and result.judgement.convictions):
         return "failed"
     if states & {"crashed", "timed out"}:
         return "incomplete"

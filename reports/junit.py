@@ -5,7 +5,9 @@ from __future__ import annotations
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from reference.compare import Check
+from reference.exact import Judgement
 from reference.verify import ReferenceResult, SceneResult
+from reports.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
 from reports.record import Run
 from reports.words import one_line, plain, worst_in_words
 
@@ -33,6 +35,8 @@ def _suite(result: SceneResult, required: tuple[str, ...]) -> TestSuite:
     for answer in result.references:
         must = answer.reference in required
         suite.add_testcases([_case(suite.name, answer, check, must) for check in answer.checks])
+    if result.judgement is not None:
+        suite.add_testcase(_judged(suite.name, result.judgement))
     suite.time = result.seconds + sum(answer.seconds for answer in result.references)
     return suite
 
@@ -48,6 +52,16 @@ def _case(scene: str, answer: ReferenceResult, check: Check, required: bool) -> 
         case.result[0].text = plain(answer.output)
     elif check.state != "passed":
         case.result = Skipped(message, check.state)
+    return case
+
+
+def _judged(scene: str, judgement: Judgement) -> TestCase:
+    """minirt before the judge."""
+    case = TestCase("exact arithmetic", f"{scene}.judge")
+    if judgement.convictions:
+        case.result = Failure(judgement_in_words(judgement), "convicted")
+        lines = [opinion_in_words(each) for each in judgement.convictions[:MOST_LISTED]]
+        case.result[0].text = "\n".join(lines)
     return case
 
 

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from minirt.quantities import QUANTITIES
 from reference.compare import CERTAIN_FLOOR, Check
+from reference.exact import Judgement
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.stability import KAPPA
 from reference.traceability import passed_in, trace_rules
@@ -29,6 +30,7 @@ from reports.findings import (
     scene_state,
     silent,
 )
+from reports.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
 from reports.page_cells import (
     CAUSAL,
     anchor,
@@ -152,10 +154,24 @@ def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str,
         "answers": [_answer(answer) for answer in result.references],
         "quantities": _quantities(result, section, pool),
         "silent": _not_compared(result),
+        "judgement": result.judgement and _judgement(result.judgement),
         "quorum": [q for q in result.quorum if q.sources],
         "sources": max((len(q.sources) for q in result.quorum), default=0),
         "seconds": result.seconds,
         "memory": result.peak_memory / 2**20,
+    }
+
+
+def _judgement(judgement: Judgement) -> dict[str, Any]:
+    """What the template needs to know of minirt before the judge."""
+    return {
+        "words": judgement_in_words(judgement),
+        "convictions": [opinion_in_words(each) for each in judgement.convictions[:MOST_LISTED]],
+        "counts": [
+            (each, "" if each.ulps is None else number(each.ulps))
+            for each in judgement.counts
+            if each.judged
+        ],
     }
 
 

@@ -8,12 +8,11 @@ tolerance covers). `null` means that there is no such number.
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import Field
 
 from minirt.quantities import Stage
 from minirt.scene import Scene
@@ -28,6 +27,8 @@ from reports.findings import (
     scene_counts,
     scene_state,
 )
+from reports.json_model import Model, Natural, Number
+from reports.judgement import JudgementModel, judgement_model
 from reports.provenance import Provenance
 from reports.verdict import Outcome, Verdict
 
@@ -67,22 +68,7 @@ class Run:
         return self.verdict.exit_status
 
 
-def _spelled(value: object) -> object:
-    """A float that JSON does not have, as a string."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return "nan" if math.isnan(value) else "inf" if value > 0 else "-inf"
-    return value
-
-
-Number = Annotated[float | Literal["inf", "-inf", "nan"], BeforeValidator(_spelled)]
-Natural = Annotated[int, Field(ge=0)]
-
-
-class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class WorstModel(_Model):
+class WorstModel(Model):
     """The pixel where a quantity is furthest from minirt's, relative to the tolerance."""
 
     column: Natural = Field(description="from the left")
@@ -94,7 +80,7 @@ class WorstModel(_Model):
     ratio: Number = Field(description="error / tolerance; inf for a discrete mismatch")
 
 
-class CheckModel(_Model):
+class CheckModel(Model):
     """One quantity of one scene against one reference."""
 
     quantity: str
@@ -114,7 +100,7 @@ class CheckModel(_Model):
     flip_ceiling: float | None
 
 
-class StartModel(_Model):
+class StartModel(Model):
     """Where a reference starts secondary rays: off the surface, or on it with a least length."""
 
     kind: Literal["normal offset", "along ray"]
@@ -124,7 +110,7 @@ class StartModel(_Model):
     length: float | None = None
 
 
-class DeclaredModel(_Model):
+class DeclaredModel(Model):
     """How a reference errs on a scene; every tolerance is derived from it."""
 
     delta: float = Field(description="of any point of a ray or a surface, in scene units")
@@ -139,7 +125,7 @@ class DeclaredModel(_Model):
     watertight: bool = Field(description="whether no ray slips between facets that share an edge")
 
 
-class AnswerModel(_Model):
+class AnswerModel(Model):
     """One scene against one reference."""
 
     reference: str
@@ -150,7 +136,7 @@ class AnswerModel(_Model):
     checks: list[CheckModel]
 
 
-class QuorumModel(_Model):
+class QuorumModel(Model):
     """One quantity of one scene over all references that gave it."""
 
     quantity: str
@@ -164,7 +150,7 @@ class QuorumModel(_Model):
     )
 
 
-class SceneModel(_Model):
+class SceneModel(Model):
     """One scene against every reference."""
 
     name: str
@@ -181,9 +167,12 @@ class SceneModel(_Model):
     peak_memory: Natural = Field(description="bytes, of the process that compared it")
     references: list[AnswerModel]
     quorum: list[QuorumModel] = Field(description="a quantity each")
+    judgement: JudgementModel | None = Field(
+        description="minirt against exact arithmetic; null where minirt itself failed"
+    )
 
 
-class ProvenanceModel(_Model):
+class ProvenanceModel(Model):
     """Where and from what the results came."""
 
     commit: str | None
@@ -198,7 +187,7 @@ class ProvenanceModel(_Model):
     seconds: float
 
 
-class VerdictModel(_Model):
+class VerdictModel(Model):
     """How the run ended."""
 
     outcome: Outcome
@@ -207,7 +196,7 @@ class VerdictModel(_Model):
     troubles: list[str]
 
 
-class ResultsModel(_Model):
+class ResultsModel(Model):
     """Results of one run of minirt verify. Numbers that JSON does not have stand as strings."""
 
     minirtResults: Literal[1] = Field(description="version of this format")  # noqa: N815
@@ -280,6 +269,7 @@ def _scene(result: SceneResult) -> SceneModel:
             QuorumModel(**{**vars(q), "sources": list(q.sources), "confirmed": list(q.confirmed)})
             for q in result.quorum
         ],
+        judgement=judgement_model(result.judgement),
     )
 
 

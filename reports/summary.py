@@ -6,6 +6,7 @@ import re
 
 from reference.verify import ReferenceResult
 from reports.findings import answer_in_words, answer_state, counts, failing, silent
+from reports.judgement import convicted, judgement_in_words
 from reports.record import Run
 from reports.words import ICONS, count, figure, icon, is_consequence, one_line, worst_in_words
 
@@ -27,6 +28,7 @@ def summary_markdown(run: Run) -> str:
     lines = [f"# {_sign(run)} {escaped(run.verdict.sentence)}", ""]
     lines += _counts(run)
     lines += _failing(run)
+    lines += _convictions(run)
     lines += _silent(run)
     lines += _scenes(run)
     lines.append(
@@ -68,6 +70,16 @@ def _failing(run: Run) -> list[str]:
     if any(is_consequence(check) for _, _, check in cells):
         lines += ["", "↳ every wrong pixel was wrong at an earlier stage already."]
     return [*lines, ""]
+
+
+def _convictions(run: Run) -> list[str]:
+    lines = [
+        _row(result.scene.name, judgement_in_words(result.judgement))
+        for result in convicted(run.results)
+        if result.judgement is not None
+    ]
+    head = ["## Against exact arithmetic", "", "| scene | the judge |", "|---|---|"]
+    return [*head, *lines, ""] if lines else []
 
 
 def _silent(run: Run) -> list[str]:

@@ -7,8 +7,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reference.verify import ReferenceResult
+from reference.verify import ReferenceResult, SceneResult
 from reports.findings import Finding, Silence, answer_in_words, answer_state, failing, silent
+from reports.judgement import convicted, judgement_in_words
 from reports.record import Run
 from reports.words import (
     ICONS,
@@ -39,6 +40,8 @@ def print_run(run: Run, console: Console) -> None:
         _say(console, _failure(cell))
     if len(cells) > MOST_LINES:
         _say(console, Text(f"  … and {len(cells) - MOST_LINES} more in the report", "dim"))
+    for result in convicted(run.results):
+        _conviction(console, result)
     for group in silent(run.results):
         _silence(console, group)
     _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
@@ -73,6 +76,14 @@ def _failure(cell: Finding) -> Text:
     place = f"{one_line(result.scene.name)} × {answer.reference} × {check.quantity}"
     detail = f"{figure(check)}; worst {worst_in_words(check)}" if check.wrong else check.reason
     return Text.assemble((f"{icon(check)} {place}: ", style), detail)
+
+
+def _conviction(console: Console, result: SceneResult) -> None:
+    """A scene on which exact arithmetic has another answer than minirt."""
+    if result.judgement is not None:
+        place = f"{ICONS['failed']} {one_line(result.scene.name)} × exact arithmetic: "
+        words = judgement_in_words(result.judgement)
+        _say(console, Text.assemble((place, _STYLES["failed"]), words))
 
 
 def _silence(console: Console, group: Silence) -> None:

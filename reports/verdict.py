@@ -8,6 +8,7 @@ from typing import Literal
 
 from reference.verify import SceneResult
 from reports.findings import checks_of, first_wrong_stage, scene_counts, scene_state, worst_check
+from reports.judgement import all_in_words, convicted
 from reports.words import COMPARED, UNANSWERED, count, one_line, share, times
 
 Outcome = Literal["passed", "failed", "incomplete", "empty"]
@@ -93,9 +94,11 @@ def _of(some: int, all_: int) -> str:
 def _failure(results: Sequence[SceneResult]) -> str:
     failed = scene_counts(results)["failed"]
     stage = first_wrong_stage(checks_of(results))
-    why = (
-        f"first wrong stage: {stage}" if stage else "no pixel is wrong, but a floor is not reached"
-    )
+    whys = [f"first wrong stage: {stage}"] if stage else []
+    found = list(convicted(results))
+    if found:
+        whys.append(f"exact arithmetic convicts minirt on {_of(len(found), len(results))}")
+    why = "; ".join(whys) or "no pixel is wrong, but a floor is not reached"
     return f"FAIL: {_of(failed, len(results))}; {why}"
 
 
@@ -118,6 +121,8 @@ def _success(results: Sequence[SceneResult]) -> str:
     worst = worst_check(checks)
     if worst is not None:
         text += f", largest error {times(worst.ratio or 0.0)} its tolerance ({worst.quantity})"
+    exact = all_in_words([r.judgement for r in results if r.judgement is not None])
+    text += f"; {exact}" if exact else ""
     if by_state["not compared"]:
         text += f"; {count(by_state['not compared'], 'scene')} not compared"
     return text

@@ -16,4 +16,5 @@ quarters of its radius.
 from reference.exact.choice import pixels_to_judge as pixels_to_judge
 from reference.exact.judge import JUDGED as JUDGED
 from reference.exact.judge import Judgement as Judgement
+from reference.exact.judge import Opinion as Opinion
 from reference.exact.judge import judge_pixels as judge_pixels
