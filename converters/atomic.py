@@ -7,7 +7,7 @@ import ctypes
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -96,6 +96,31 @@ def atomic_folder(path: str | Path) -> Iterator[Path]:
         raise _cannot_write(path, error) from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def require_replaceable(folder: Path, patterns: Sequence[str]) -> None:
+    """Let only an earlier export of ours be replaced.
+
+    Parameters
+    ----------
+    folder : Path
+        May be missing.
+    patterns : sequence of str
+        What the names of an export's files look like.
+
+    Raises
+    ------
+    InputError
+        The folder holds any other file.
+    """
+    for entry in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if not any(entry.match(pattern) for pattern in patterns):
+            raise InputError(
+                "the folder holds other files",
+                where=str(folder),
+                got=entry.name,
+                expected="a new or empty folder, or an earlier export",
+            )
 
 
 def _target(path: str | Path) -> tuple[Path, str]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from converters.atomic import atomic_folder
+from converters.atomic import atomic_folder, require_replaceable
 from converters.mitsuba_materials import Description, material_to_dict, rgb
 from converters.mitsuba_xml import scene_xml
 from converters.placement import IDENTITY, Placement
@@ -99,7 +99,7 @@ def export_mitsuba(
     InputError
         The camera cannot be expressed, or the folder holds other files or cannot be written.
     """
-    _require_replaceable(folder)
+    require_replaceable(folder, EXPORTED)
     with atomic_folder(folder) as staging:
         description = scene_to_dict(scene, staging, placement)
         if integrator is not None:
@@ -127,18 +127,6 @@ def _magnitude(scene: Scene, placement: Placement) -> float:
     """The power of two that a placed scene outgrows the comfortable extents by."""
     extent = placement.length(scene.extent)
     return 2.0 ** math.frexp(extent)[1] if not 1 <= extent <= 64 else 1.0
-
-
-def _require_replaceable(folder: Path) -> None:
-    """Only an earlier export may be replaced."""
-    for entry in sorted(folder.iterdir()) if folder.is_dir() else ():
-        if not any(entry.match(pattern) for pattern in EXPORTED):
-            raise InputError(
-                "the folder holds other files",
-                where=str(folder),
-                got=entry.name,
-                expected="a new or empty folder, or an earlier export",
-            )
 
 
 def _sensor(scene: Scene, placement: Placement) -> Description:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,15 +14,13 @@ from reports.console import Json, SceneArgument, answers, people, print_json
 if TYPE_CHECKING:
     from minirt.scene import Scene
 
-#: The files of an export, and the command that renders them.
-Written: TypeAlias = tuple[list[str], list[str]]
-
 
 class Language(StrEnum):
     """Whose language."""
 
     mitsuba = "mitsuba"
-    povray = "povray"
+    gltf = "gltf"
+    obj = "obj"
 
 
 def export(
@@ -31,44 +29,53 @@ def export(
     out: Annotated[
         Path,
         typer.Option(
-            "--out",
-            "-o",
-            metavar="PATH",
-            help="For mitsuba a new or empty folder, or an earlier export; for povray a file.",
+            "--out", "-o", metavar="PATH",
+            help="mitsuba, obj: a new or empty folder, or an earlier export; gltf: a file, .glb.",
         ),
     ],
     json: Json = False,
-) -> None:
-    """Write a scene in another renderer's language.
+) -> None:  # fmt: skip
+    """Write a scene in another program's language.
 
-    Prints the command that renders it.
+    Prints the command that renders it, or the file to open where any viewer will do.
     """
     import minirt
     from reports.words import count
 
-    files, command = _WRITE[to](minirt.load_scene(scene), out)
+    files, answer, is_command = _EXPORTS[to](minirt.load_scene(scene), out)
     if json:
-        print_json({"to": to.value, "files": files, "command": shlex.join(command)})
+        named = [str(path) for path in files]
+        command = answer if is_command else None
+        print_json({"to": to.value, "files": named, "command": command})
     else:
-        people().print(f"{out}: {count(len(files), 'file')}. Render them with:", soft_wrap=True)
-        answers().print(shlex.join(command), soft_wrap=True)
+        use = "Render them with:" if is_command else "Any viewer opens:"
+        people().print(f"{out}: {count(len(files), 'file')}. {use}", soft_wrap=True)
+        answers().print(answer, soft_wrap=True)
 
 
-def _mitsuba(scene: Scene, out: Path) -> Written:
+def _mitsuba(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:
     from converters.mitsuba import export_mitsuba
 
     export_mitsuba(scene, out)
-    files = sorted(str(path) for path in out.iterdir())
     picture = out.with_name(out.resolve().name + ".exr")
-    return files, ["mitsuba", "-m", "scalar_rgb", str(out / "scene.xml"), "-o", str(picture)]
+    scene_file = str(out / "scene.xml")
+    command = ["mitsuba", "-m", "scalar_rgb", scene_file, "-o", str(picture)]
+    return sorted(out.iterdir()), shlex.join(command), True
 
 
-def _povray(scene: Scene, out: Path) -> Written:
-    from converters.povray import export_povray
+def _gltf(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:
+    from converters.gltf import export_gltf
 
-    export_povray(scene, out)
-    size = [f"+W{scene.screen.nx}", f"+H{scene.screen.ny}"]
-    return [str(out)], ["povray", f"+I{out}", f"+O{out.with_suffix('.png')}", *size, "-A", "-D"]
+    export_gltf(scene, out)
+    return [out], str(out), False
 
 
-_WRITE = {Language.mitsuba: _mitsuba, Language.povray: _povray}
+def _obj(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:
+    from converters.obj import export_obj
+
+    export_obj(scene, out)
+    return sorted(out.iterdir()), str(out / "scene.obj"), False
+
+
+#: What writes each language: gives the files, and the command or the file that leads to a picture.
+_EXPORTS = {Language.mitsuba: _mitsuba, Language.gltf: _gltf, Language.obj: _obj}

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from fake_references import HOSTILE, Aborting, Faulty, Honest, Missing, small_scene
 
 import minirt
@@ -331,6 +332,21 @@ def test_export_prints_a_command_that_renders(command: Command, ball: str, tmp_p
     )
     assert rendered.returncode == 0, rendered.stderr
     assert (tmp_path / "there.exr").stat().st_size > 48 * 36
+
+
+@pytest.mark.parametrize(
+    ("to", "out", "opened"), [("gltf", "ball.glb", "ball.glb"), ("obj", "there", "there/scene.obj")]
+)
+def test_export_prints_the_file_that_any_viewer_opens(
+    command: Command, ball: str, to: str, out: str, opened: str, tmp_path: Path
+) -> None:
+    done = command("export", ball, "--to", to, "-o", out)
+    assert done.status == 0, done.err
+    assert done.out.strip() == opened
+    assert trimesh.load_scene(tmp_path / opened).bounds is not None
+    document = one_document(command("export", ball, "--to", to, "-o", out, "--json"))
+    assert opened in document["files"]
+    assert document["command"] is None
 
 
 def test_export_does_not_replace_what_is_not_an_export(
