@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
@@ -10,6 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from minirt.errors import SceneError
+from minirt.schema import key_names
 
 Path: TypeAlias = list[int | str]
 
@@ -25,7 +27,8 @@ class Fault(NamedTuple):
 def first_fault(error: ValidationError, label: str) -> SceneError:
     """pydantic's first finding as one sentence with the file and the JSON path."""
     findings = error.errors(include_url=False)
-    first = findings[0]
+    unknown = [f for f in findings if f["type"] == "extra_forbidden"]
+    first = (unknown or findings)[0]  # a slip in a key is why another is missing
     path, kind = _path(first), first["type"]
     if kind == "missing" and isinstance(path[-1], int):
         count = sum(1 for f in findings if f["type"] == "missing" and _path(f)[:-1] == path[:-1])
@@ -111,6 +114,18 @@ def _other(finding: ErrorDetails) -> Fault:
     return Fault("not a usable value", message[0].lower() + message[1:])
 
 
+def _unknown_key(finding: ErrorDetails) -> Fault:
+    """With the key that was probably meant, among those of the object it stands in."""
+    *place, key = finding["loc"]
+    known = key_names(tuple(place))
+    close = difflib.get_close_matches(str(key), known, 1)
+    if place == ["screen", "look_at form"] and key in key_names(("screen", "slides form")):
+        return Fault("unknown key beside look_at", "either look_at or P0, u, v, n, nu, l, r, b, t")
+    if close:
+        return Fault("unknown key", f"{close[0]}?")
+    return Fault("unknown key", "one of " + ", ".join(known))
+
+
 def _always(what: str, expected: str) -> Callable[[ErrorDetails], Fault]:
     return lambda _: Fault(what, expected)
 
@@ -122,7 +137,7 @@ _TEXT = _always("not text", "text in quotes")
 
 _WORDS: dict[str, Callable[[ErrorDetails], Fault]] = {
     "missing": lambda f: Fault("a required key is missing"),
-    "extra_forbidden": _always("unknown key", "a key of the format: 'minirt scenes --schema'"),
+    "extra_forbidden": _unknown_key,
     "model_type": _OBJECT,
     "model_attributes_type": _OBJECT,
     "dict_type": _OBJECT,

@@ -198,6 +198,33 @@ class SceneModel(_Model):
         return value
 
 
+def key_names(place: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Keys of the object at a place, given as pydantic's `loc` gives it.
+
+    Examples
+    --------
+    >>> key_names(("objects", 2, "sphere"))
+    ('name', 'material', 'type', 'center', 'radius')
+    """
+    model: type[BaseModel] = SceneModel
+    match place:
+        case ("screen", form, *below):
+            slides = form == "slides form"
+            model = LookAt if below else ScreenModel if slides else LookAtScreenModel
+        case ("objects", _, kind):
+            model = {
+                "sphere": SphereModel, "triangle": TriangleModel,
+                "polygon": PolygonModel, "mesh": MeshModel,
+            }[str(kind)]  # fmt: skip
+        case ("materials", _):
+            model = MaterialModel
+        case ("light",):
+            model = LightModel
+        case ("floor",):
+            model = FloorModel
+    return tuple(model.model_fields)
+
+
 def scene_schema() -> dict[str, Any]:
     """The JSON Schema of a scene file, draft 2020-12.
 

@@ -112,11 +112,12 @@ def polygon_fault(vertices: Floats, fan_normals: Floats) -> str | None:
     s = p / length
     off = np.abs(dot(P - P[:, :1], s))
     if off.max() > slack:
-        return f"the polygon is not planar: vertex {int(off.argmax())} is {off.max():.3g} off"
+        worst = f"vertices[{int(off.argmax())}] lies {off.max():.3g} scene units off its plane"
+        return f"the polygon is not planar: {worst}"
     ahead, behind = np.roll(P, -1, axis=1) - P, P - np.roll(P, 1, axis=1)
     turn = dot(np.cross(behind, ahead, axis=0), s)
     reach = np.maximum(norm(ahead), norm(behind))
     if (turn < -slack * reach).any() or (dot(fan_normals, s) < -slack * size).any():
         corner = int(turn.argmin())
-        return f"the polygon is not convex, or turns more than once: see vertex {corner}"
+        return f"the polygon is not convex, or turns more than once: see vertices[{corner}]"
     return None
