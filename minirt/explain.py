@@ -12,7 +12,7 @@ import numpy as np
 from minirt.errors import InputError
 from minirt.explain_candidates import candidate_steps
 from minirt.explain_color import color_steps, local_step
-from minirt.explain_steps import Step, Value, named, number, plain, vector
+from minirt.explain_steps import Step, Value, length_in_words, named, number, plain, vector
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest
@@ -63,7 +63,7 @@ def explain(scene: Scene, column: int, row: int, rules: Rules = SLIDES) -> Expla
     Raises
     ------
     InputError
-        A pixel outside the image.
+        A pixel outside the image, or not a loaded scene.
 
     Examples
     --------
@@ -74,6 +74,7 @@ def explain(scene: Scene, column: int, row: int, rules: Rules = SLIDES) -> Expla
 
     Source: S4.
     """
+    whitted = Whitted(scene, rules)
     nx, ny = scene.screen.nx, scene.screen.ny
     for what, value, stop in (("column", column, nx), ("row", row, ny)):
         if not 0 <= value < stop:
@@ -83,7 +84,7 @@ def explain(scene: Scene, column: int, row: int, rules: Rules = SLIDES) -> Expla
                 got=str(value),
                 expected=f"0 to {stop - 1}",
             )
-    steps = _steps(Whitted(scene, rules), column, ny - 1 - row)
+    steps = _steps(whitted, column, ny - 1 - row)
     return Explanation(scene.name, column, row, tuple(steps))
 
 
@@ -134,7 +135,7 @@ def _ray_steps(whitted: Whitted, i: int, j: int) -> Generator[Step, None, Floats
     yield Step(
         "S5",
         "the ray",
-        f"r(t) = P0 + t·d with d = P − P0, of length {number(length):.6g}: t = 1 at the screen.",
+        f"r(t) = P0 + t·d with d = P − P0, {length_in_words(number(length))}; t = 1 at the screen.",
         {"P0": screen.P0, "d": vector(d), "ray": vector(d / length), "length of d": number(length)},
     )
     return d

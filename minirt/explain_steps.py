@@ -56,6 +56,21 @@ def named(whitted: Whitted, hits: Hits) -> str:
     return f"object {index} '{thing.name}' ({thing.type}{face})"
 
 
+def length_in_words(length: float) -> str:
+    """The length of d, with every digit where it is close to 1 but not 1.
+
+    Examples
+    --------
+    >>> length_in_words(1.0), length_in_words(2.5)
+    ('of length 1', 'of length 2.5')
+    >>> length_in_words(1.0000030369427582)
+    'not normalised: length 1.0000030369427582'
+    """
+    if length == 1 or f"{length:.6g}" != "1":
+        return f"of length {length:.6g}"
+    return f"not normalised: length {length!r}"
+
+
 def plain(value: Any) -> Any:
     """As JSON data: tuples as lists, numbers that are not finite as text."""
     if isinstance(value, Mapping):

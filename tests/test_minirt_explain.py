@@ -85,6 +85,16 @@ def test_angles_obey_snell() -> None:
     assert values["nu"] * np.sin(theta) == pytest.approx(values["nu_t"] * np.sin(phi), rel=1e-12)
 
 
+def test_a_length_is_called_1_only_where_it_is() -> None:
+    scene, _ = _picture("one-sphere")
+    sentence = _step(explain(scene, 128, 96), "the ray").sentence
+    assert "not normalised: length 1.00000" in sentence
+    document = {**scene.to_dict()}
+    document["screen"] |= {"nx": 1, "ny": 1, "l": -1, "r": 1, "b": -1, "t": 1, "nu": -1}
+    central = explain(minirt.load_scene(document), 0, 0)
+    assert "d = P − P0, of length 1; t = 1 at the screen" in _step(central, "the ray").sentence
+
+
 def test_a_missed_pixel_ends_with_the_background() -> None:
     scene, frame = _picture("one-sphere")
     row, column = np.argwhere(~frame["hit"])[0]
