@@ -15,7 +15,7 @@ from minirt.api import (
     intersect_triangle,
     ray_color,
 )
-from minirt.errors import MinirtError
+from minirt.errors import InputError, MinirtError, SceneError
 from minirt.frame import Frame
 from minirt.optics import reflect, refract
 from minirt.quantities import QUANTITIES
@@ -30,10 +30,12 @@ __all__ = [
     "SLIDES",
     "Frame",
     "Hits",
+    "InputError",
     "MinirtError",
     "RT_all",
     "Rules",
     "Scene",
+    "SceneError",
     "__version__",
     "intersect_polygon",
     "intersect_sphere",

@@ -73,7 +73,8 @@ def RT(
     Raises
     ------
     InputError
-        Shapes that do not fit, numbers that are not finite, d = 0, or an empty interval.
+        Not a loaded scene, shapes that do not fit, numbers that are not finite, d = 0, or an empty
+        interval.
 
     Examples
     --------
@@ -279,7 +280,10 @@ def intersect_polygon(P0: ArrayLike, d: ArrayLike, vertices: ArrayLike) -> Polyg
     P = np.asarray(vertices, dtype=np.float64)
     if P.ndim != 2 or P.shape[1] != 3 or len(P) < 3 or not np.isfinite(P).all():
         raise InputError(
-            "not a polygon", where="vertices", got=f"shape {P.shape}", expected="(m, 3), m ≥ 3"
+            "not a polygon",
+            where="vertices",
+            got=f"shape {P.shape}",
+            expected="(m, 3), m ≥ 3: a corner a row",
         )
     a, b, c = P[fan(len(P))].transpose(1, 2, 0)
     normals = edge_normal(a, b, c)

@@ -24,7 +24,10 @@ def vectors(**named: ArrayLike) -> tuple[list[Floats], bool]:
     for name, array in arrays.items():
         if array.ndim not in (1, 2) or array.shape[0] != 3:
             raise InputError(
-                "not a vector", where=name, got=f"shape {array.shape}", expected="(3,) or (3, n)"
+                "not a vector",
+                where=name,
+                got=f"shape {array.shape}",
+                expected="components first: (3,) or (3, n)",
             )
         if not (np.abs(array) <= LARGEST).all():
             raise InputError(

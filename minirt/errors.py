@@ -45,6 +45,10 @@ class InputError(MinirtError):
     """An argument or an input file that is not a scene cannot be used."""
 
 
+class NotInFrame(InputError, KeyError):
+    """A quantity that a frame does not hold; a `KeyError` too, since a frame is a mapping."""
+
+
 class ReferenceError(MinirtError):
     """A reference renderer or program that was required is missing, crashed or timed out."""
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.errors import InputError
+from minirt.errors import InputError, NotInFrame
 from minirt.quantities import QUANTITIES
 
 Array = NDArray[Any]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame(Mapping[str, Array]):
     """Quantities of one image, by name; any subset of the table in `minirt.quantities`.
 
@@ -59,7 +59,17 @@ class Frame(Mapping[str, Array]):
             raise InputError("quantities of different sizes in one frame", got=str(sorted(sides)))
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self.arrays:
+            held = ", ".join(self.arrays) or "nothing"
+            raise NotInFrame(f"not in this frame; it holds {held}", where=str(name)[:80])
         return self.arrays[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.arrays
+
+    def __repr__(self) -> str:
+        ny, nx = self.size
+        return f"<Frame {nx} × {ny}: {', '.join(self.arrays) or 'nothing'}>"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.arrays)

@@ -28,7 +28,7 @@ Tile = dict[str, Array]
 def render(
     scene: Scene,
     rules: Rules = SLIDES,
-    quantities: Iterable[str] | None = None,
+    quantities: str | Iterable[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Frame:
     """Render a scene by the lecture's algorithm.
@@ -38,7 +38,7 @@ def render(
     scene : Scene
     rules : Rules, optional
         The record of rules to follow; one of them may be replaced.
-    quantities : iterable of str, optional
+    quantities : iterable of str, or str with commas, optional
         Names from `minirt.QUANTITIES`; all of them when left out. Only what they need is traced.
     progress : callable, optional
         Called with pixels done and pixels in all, after each tile.
@@ -51,7 +51,8 @@ def render(
     Raises
     ------
     InputError
-        An unknown quantity, or an image that does not fit in memory.
+        Not a loaded scene, not a record of rules, an unknown quantity, or an image that does not
+        fit in memory.
 
     Examples
     --------
@@ -62,9 +63,13 @@ def render(
 
     Source: S4.
     """
+    whitted = Whitted(scene, rules)
     names = chosen_quantities(quantities)
+    if progress is not None and not callable(progress):
+        got = type(progress).__name__
+        raise InputError("not a function", where="progress", got=got, expected="f(done, total)")
     arrays = blank_frame(scene, names)
-    for start, stop, tile in tiles(Whitted(scene, rules), names):
+    for start, stop, tile in tiles(whitted, names):
         fill(arrays, start, stop, tile)
         if progress is not None:
             progress(stop, scene.screen.nx * scene.screen.ny)
@@ -101,12 +106,26 @@ def frame_meta(scene: Scene) -> dict[str, str]:
     return {"scene": scene.name, "sceneSha256": scene.sha256, "version": __version__}
 
 
-def chosen_quantities(names: Iterable[str] | None) -> tuple[str, ...]:
-    """Checked names in the table's order; all for None."""
+def chosen_quantities(names: str | Iterable[str] | None) -> tuple[str, ...]:
+    """Checked names in the table's order; all for None.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> chosen_quantities("depth, hit")
+    ('hit', 'depth')
+    """
     if names is None:
         return tuple(QUANTITIES)
+    if isinstance(names, str):
+        names = [name.strip() for name in names.split(",")]
+    if not isinstance(names, Iterable):
+        raise InputError("not names of quantities", got=repr(names)[:80], expected="as 'hit,depth'")
     wanted = list(names)
-    unknown = [name for name in wanted if name not in QUANTITIES]
+    unknown = [name for name in wanted if not isinstance(name, str) or name not in QUANTITIES]
     if unknown or not wanted:
         raise InputError(
             "unknown quantity" if unknown else "no quantity was asked for",

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from minirt import optics, screen, shading
+from minirt.errors import InputError
 from minirt.shapes.plane import plane_normal, plane_t
 from minirt.shapes.polygon import PolygonHits, polygon_hit
 from minirt.shapes.sphere import sphere_normal, sphere_roots
@@ -69,13 +70,15 @@ def _rule(number: str, function: Callable[..., Any]) -> Any:
     return field(default=function, metadata={"rule": number})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Rules:
     """Every step of the algorithm, by its field's name; `number` tells which rule it is.
 
     Examples
     --------
     >>> wrong = SLIDES.replace(start_of_secondary=lambda epsilon: 0.0)
+    >>> wrong
+    SLIDES with start_of_secondary replaced
     >>> wrong.changed()
     ('start_of_secondary',)
     >>> Rules.number("start_of_secondary")
@@ -109,7 +112,20 @@ class Rules:
     refract: Callable[..., Floats] = _rule("S16", optics.refracted_direction)
 
     def replace(self, **functions: Callable[..., Any]) -> Rules:
-        """A copy with some rules replaced."""
+        """A copy with some rules replaced.
+
+        Raises
+        ------
+        InputError
+            A name that is no rule's, or something that cannot be called.
+        """
+        for name, function in functions.items():
+            if name not in self.__dataclass_fields__:
+                names = ", ".join(self.__dataclass_fields__)
+                raise InputError("no such rule", got=name[:80], expected=f"one of {names}")
+            if not callable(function):
+                got = type(function).__name__
+                raise InputError("not a function", where=name, got=got, expected="a function")
         return dataclasses.replace(self, **functions)
 
     def changed(self) -> tuple[str, ...]:
@@ -117,6 +133,10 @@ class Rules:
         return tuple(
             f.name for f in dataclasses.fields(self) if getattr(self, f.name) is not f.default
         )
+
+    def __repr__(self) -> str:
+        changed = ", ".join(self.changed())
+        return f"SLIDES with {changed} replaced" if changed else "SLIDES"
 
     @classmethod
     def number(cls, name: str) -> str:

@@ -91,7 +91,7 @@ class Facets:
 Object: TypeAlias = Sphere | Facets
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """One scene, resolved. Made by `load_scene`.
 
@@ -137,6 +137,10 @@ class Scene:
     extent: float
     document: dict[str, Any]
     folder: Path
+
+    def __repr__(self) -> str:
+        size = f"{self.screen.nx} × {self.screen.ny}"
+        return f"<Scene {self.name[:80]!r}: {size}, objects: {len(self.objects)}>"
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a JSON document in the slides' form; `load_scene` takes it back.
@@ -278,7 +282,7 @@ def _screen(model: ScreenModel | LookAtScreenModel, label: str) -> VirtualScreen
                 "the frame is not orthonormal: not a unit vector",
                 where=f"{where}.{name}",
                 got=f"length {float(norm(axis))!r}",
-                expected="1 to within 1e-9",
+                expected="1 to within 1e-9" + _normalised(axis),
             )
     for first, second in ("uv", "un", "vn"):
         if abs(float(dot(axes[first], axes[second]))) > 1e-9:
@@ -304,6 +308,11 @@ def _screen(model: ScreenModel | LookAtScreenModel, label: str) -> VirtualScreen
                 expected=f"{low} < {high}",
             )
     return VirtualScreen(**model.model_dump())
+
+
+def _normalised(axis: Floats) -> str:
+    length = float(norm(axis))
+    return f", as {(axis / length).tolist()}" if length >= SMALLEST else ""
 
 
 def _require_length(vector: tuple[float, float, float], where: str, what: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from minirt.errors import InputError
 from minirt.geometry import Geometry, Kind
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
@@ -109,10 +110,15 @@ class Whitted:
     ----------
     scene : Scene
     rules : Rules
+
+    Raises
+    ------
+    InputError
+        Anything else in the place of the two.
     """
 
     def __init__(self, scene: Scene, rules: Rules = SLIDES) -> None:
-        self.scene, self.rules = scene, rules
+        self.scene, self.rules = checked_scene(scene), checked_rules(rules)
         self.geometry = Geometry.of(scene)
         self.materials = object_materials(scene)
         self.epsilon = rules.start_of_secondary(scene.epsilon)
@@ -283,3 +289,38 @@ def _mix(first: NDArray[Any], *others: NDArray[Any]) -> Signature:
 
 def _words(values: NDArray[Any]) -> Signature:
     return values.astype(np.uint64) if values.dtype != np.uint64 else values
+
+
+def checked_scene(scene: object) -> Scene:
+    """The scene itself, if it is one.
+
+    Raises
+    ------
+    InputError
+        A path, a dict, or anything else that `load_scene` has not made.
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(
+            "not a scene: call minirt.load_scene first",
+            where="scene",
+            got=type(scene).__name__,
+            expected="a minirt.Scene",
+        )
+    return scene
+
+
+def checked_rules(rules: object) -> Rules:
+    """The record of rules itself, if it is one.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(rules, Rules):
+        raise InputError(
+            "not a record of rules",
+            where="rules",
+            got=type(rules).__name__,
+            expected="minirt.SLIDES or SLIDES.replace(…); other arguments by name: quantities=…",
+        )
+    return rules

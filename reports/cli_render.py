@@ -99,7 +99,7 @@ def _chosen(quantities: str | None, out: str) -> tuple[str, ...] | None:
     picture = Path(out).suffix.lower() in _PICTURES
     if quantities is None:
         return ("color",) if picture else None
-    names = chosen_quantities(name.strip() for name in quantities.split(","))
+    names = chosen_quantities(quantities)
     if picture and len(names) > 1:
         raise InputError(
             "a picture holds one quantity",

@@ -7,6 +7,7 @@ import resource
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 
 import minirt
 from minirt.errors import InputError
+from minirt.explain import explain
 from minirt.quantities import QUANTITIES
 
 
@@ -119,12 +121,68 @@ def test_tiles_do_not_show(frame: minirt.Frame, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize(
     ("names", "words"),
-    [(["hit", "dpth"], "unknown quantity; got 'dpth'; expected ray, hit"), ([], "no quantity")],
+    [
+        (["hit", "dpth"], "unknown quantity; got 'dpth'; expected ray, hit"),
+        ("hit,dpth", "unknown quantity; got 'dpth'; expected ray, hit"),
+        ("", "unknown quantity; got ''"),
+        ([[1]], "unknown quantity; got [1]"),
+        ([], "no quantity"),
+        (7, "not names of quantities; got 7; expected as 'hit,depth'"),
+    ],
 )
-def test_a_wrong_choice_of_quantities_is_one_clear_error(names: list[str], words: str) -> None:
+def test_a_wrong_choice_of_quantities_is_one_clear_error(names: Any, words: str) -> None:
     with pytest.raises(InputError) as caught:
         minirt.render(minirt.load_scene(_scene(4, 3, 1)), quantities=names)
     assert str(caught.value).startswith(words)
+
+
+def test_quantities_may_be_one_name_or_several_with_commas() -> None:
+    scene = minirt.load_scene(_scene(4, 3, 1))
+    assert list(minirt.render(scene, quantities="depth")) == ["depth"]
+    assert list(minirt.render(scene, quantities="depth, hit")) == ["hit", "depth"]
+
+
+SCENE = minirt.load_scene(_scene(4, 3, 1))
+RAY: Any = [0, 0, 6], [0, 0, -1]
+CALLS: dict[str, tuple[Callable[..., Any], tuple[Any, ...], str]] = {
+    "a name is no scene": (minirt.render, ("atlas:one-sphere",), "call minirt.load_scene first"),
+    "a dict is no scene": (minirt.render, (_scene(4, 3, 1),), "call minirt.load_scene first"),
+    "nor for RT": (minirt.RT, ("x.json", *RAY), "call minirt.load_scene first; got str"),
+    "nor for RT_all": (minirt.RT_all, ("x.json", *RAY), "call minirt.load_scene first"),
+    "nor for ray_color": (minirt.ray_color, ({}, *RAY), "call minirt.load_scene first; got dict"),
+    "nor to explain": (explain, ("x.json", 0, 0), "call minirt.load_scene first"),
+    "names are no rules": (minirt.render, (SCENE, ["hit"]), "not a record of rules; got list"),
+    "progress is called": (minirt.render, (SCENE, minirt.SLIDES, None, 3), "progress: not a func"),
+    "rows of vectors": (
+        minirt.RT, (SCENE, np.zeros((4, 3)), [0, 0, 1]),
+        "P0: not a vector; got shape (4, 3); expected components first: (3,) or (3, n)",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_wrong_argument_is_one_clear_error(name: str) -> None:
+    function, arguments, words = CALLS[name]
+    with pytest.raises(minirt.InputError) as caught:
+        function(*arguments)
+    assert words in str(caught.value)
+
+
+def test_a_quantity_that_is_not_in_the_frame_is_a_key_error_that_says_what_is() -> None:
+    frame = minirt.render(SCENE, quantities=["depth", "hit"])
+    with pytest.raises(KeyError) as caught:
+        frame["color"]
+    assert str(caught.value) == "color: not in this frame; it holds hit, depth"
+    assert isinstance(caught.value, minirt.InputError)
+    assert frame.get("color") is None
+    assert "color" not in frame
+    assert "hit" in frame
+
+
+def test_scene_and_frame_show_themselves_in_a_line() -> None:
+    assert repr(SCENE) == "<Scene 'costs': 4 × 3, objects: 2>"
+    assert repr(minirt.render(SCENE, quantities="depth,hit")) == "<Frame 4 × 3: hit, depth>"
+    assert repr(minirt.Frame({})) == "<Frame 0 × 0: nothing>"
 
 
 def test_an_image_that_does_not_fit_in_memory_is_one_clear_error() -> None:

@@ -163,7 +163,7 @@ def test_S6_shapes_of_one_ray_and_of_none() -> None:
 @pytest.mark.parametrize(
     ("P0", "d", "interval", "words"),
     [
-        ([0, 0], [0, 0, 1], (0, 1), "P0: not a vector; got shape (2,); expected (3,) or (3, n)"),
+        ([0, 0], [0, 0, 1], (0, 1), "P0: not a vector; got shape (2,); expected components first"),
         ([0, 0, 0], [0, 0, 0], (0, 1), "d: a direction is the zero vector"),
         ([0, 0, 0], [0, 0, 1e-200], (0, 1), "d: a direction is too short"),
         ([0, 0, np.nan], [0, 0, 1], (0, 1), "P0: a number is not finite or out of range"),
@@ -450,3 +450,21 @@ def test_E5_M_is_the_surface_point_not_the_virtual_pixel() -> None:
     pixels = np.array([0.0, 0.0, 5.0]) + d[far]
     above = minirt.RT(scene, pixels.T, [0, 1, 0])
     assert np.isfinite(above.t).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"foo": max}, "no such rule; got foo; expected one of view_frame, pixel_center"),
+        ({"plane": 3}, "plane: not a function; got int"),
+    ],
+)
+def test_only_rules_can_be_replaced(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(minirt.InputError) as caught:
+        minirt.SLIDES.replace(**changes)
+    assert str(caught.value).startswith(words)
+
+
+def test_rules_show_themselves_by_what_is_replaced() -> None:
+    assert repr(minirt.SLIDES) == "SLIDES"
+    assert repr(minirt.SLIDES.replace(plane=max)) == "SLIDES with plane replaced"
