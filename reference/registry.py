@@ -10,6 +10,7 @@ from reference.renderers.llvm import find_llvm
 from reference.renderers.mitsuba import MitsubaReference
 from reference.renderers.mitsuba_cli import MitsubaCommand
 from reference.renderers.povray import PovrayReference
+from reference.renderers.pyrender import PyrenderReference
 from reference.source import Reference
 
 #: Every reference, by its name. None imports its renderer before it renders.
@@ -19,6 +20,7 @@ REFERENCES: dict[str, Reference] = {
         MitsubaReference("mitsuba-llvm"),
         MitsubaReference("mitsuba-scalar"),
         MitsubaCommand(),
+        PyrenderReference(),
         EmbreeReference(),
         PovrayReference(),
     )

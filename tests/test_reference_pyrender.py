@@ -17,6 +17,7 @@ import pytest
 
 import minirt
 from converters.pyrender import LEAST_NEAR, PyrenderScene
+from minirt.errors import MinirtError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from minirt.vectors import Bools, Floats, Ints
@@ -276,6 +277,16 @@ def test_what_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         assert "apt-get install libegl1 libgl1-mesa-dri" in str(PYRENDER.missing())
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert "pip install 'minirt[pyrender]'" in str(PYRENDER.missing())
+
+
+def test_no_driver_is_one_sentence_with_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """libEGL alone draws nothing: the child that finds no driver says what brings one."""
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_DIRS", os.devnull)
+    with Workers(1) as workers:
+        outcome = outcome_of(scene(ball(0, 0, 0)), workers)
+    assert isinstance(outcome.value, MinirtError), outcome.reason
+    assert "OpenGL does not start" in str(outcome.value)
+    assert "apt-get install libegl1 libgl1-mesa-dri" in str(outcome.value)
 
 
 def test_what_is_declared_follows_the_scene() -> None:

@@ -14,11 +14,11 @@ from converters.pyrender import LEAST_NEAR, PyrenderScene, pyrender_scene
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.renderers.pyrender_draw import MOST_OBJECTS, draw
+from reference.renderers.pyrender_draw import MOST_OBJECTS, PACKAGES, draw
 from reference.renderers.pyrender_errors import declared
 from reference.source import Declared, Rendering, Unsupported
 
-#: OpenGL without a window: the library that Debian's packages bring.
+#: OpenGL without a window.
 _LIBRARY = "libEGL.so.1"
 #: Longest side of a picture: Mesa's largest buffer, and that of most graphics cards.
 LARGEST_SIDE = 16_384
@@ -44,7 +44,7 @@ class PyrenderReference:
         try:
             ctypes.CDLL(_LIBRARY)
         except OSError:
-            return f"no {_LIBRARY}: apt-get install libegl1 libgl1-mesa-dri (pip install cannot)"
+            return f"no {_LIBRARY}: {PACKAGES}"
         return None
 
     def declare(self, scene: Scene) -> Declared:
@@ -58,6 +58,8 @@ class PyrenderReference:
         ------
         Unsupported
             An image, a number of objects or a range of depths beyond OpenGL's buffers.
+        ReferenceError
+            OpenGL does not start.
         """
         whole = pyrender_scene(scene)
         fault = buffer_fault(whole)

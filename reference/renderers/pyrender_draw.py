@@ -10,8 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from converters.pyrender import PyrenderScene
+from minirt.errors import ReferenceError
+from minirt.screen import VirtualScreen
 from minirt.vectors import Floats, Ints
+from reference.source import Unsupported
 
+#: What brings OpenGL without a window, in software where there is no graphics card.
+PACKAGES = "apt-get install libegl1 libgl1-mesa-dri"
+#: Bits of a pixel by which vertices are placed, at least: Mesa's and graphics cards' number.
+SUBPIXEL_BITS = 8
 #: Objects that three bytes of colour tell apart, beside the background's black.
 MOST_OBJECTS = 2**24 - 1
 
@@ -33,16 +40,43 @@ def draw(whole: PyrenderScene) -> tuple[Ints, Floats, str]:
     depth : (ny, nx) float64
         0 where there is no object.
     driver : str
+
+    Raises
+    ------
+    ReferenceError
+        OpenGL does not start.
+    Unsupported
+        It places vertices more coarsely than is declared.
     """
     pyrender, gl = start(), importlib.import_module("OpenGL.GL")
     world, colors = build(pyrender, whole)
-    renderer = pyrender.OffscreenRenderer(whole.scene.screen.nx, whole.scene.screen.ny)
+    renderer = window(pyrender, whole.scene.screen)
     try:
+        if gl.glGetIntegerv(gl.GL_SUBPIXEL_BITS) < SUBPIXEL_BITS:
+            raise Unsupported(f"this OpenGL places vertices by less than {SUBPIXEL_BITS} bits")
         color, depth = renderer.render(world, pyrender.RenderFlags.SEG, colors)
         driver = gl.glGetString(gl.GL_RENDERER).decode()
     finally:
         renderer.delete()
     return object_numbers(color), depth.astype(np.float64) / whole.scale, driver
+
+
+def window(pyrender: Any, screen: VirtualScreen) -> Any:
+    """pyrender's renderer, which holds OpenGL until it is deleted.
+
+    Raises
+    ------
+    ReferenceError
+        There is no driver.
+    """
+    try:
+        return pyrender.OffscreenRenderer(screen.nx, screen.ny)
+    except Exception as error:  # PyOpenGL's own, or whatever pyrender makes of no device
+        raise ReferenceError(
+            "OpenGL does not start without a window",
+            got=type(error).__name__ + ": " + " ".join(str(error).split())[:200],
+            expected=f"a driver: {PACKAGES}",
+        ) from None
 
 
 def build(pyrender: Any, whole: PyrenderScene) -> tuple[Any, dict[Any, tuple[int, int, int]]]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from converters.pyrender import COARSEST, PyrenderScene
+from reference.renderers.pyrender_draw import SUBPIXEL_BITS
 from reference.source import Declared
 
 #: Largest relative error of rounding to float32, and the step of a depth buffer of 24 bits.
 U32 = 2.0**-24
-#: Parts of a pixel that a rasteriser rounds vertices to: 8 bits in Mesa and in graphics cards.
-SUBPIXELS = 256
+#: Parts of a pixel that a rasteriser rounds vertices to.
+SUBPIXELS = 2**SUBPIXEL_BITS
 
 _DERIVATION = (
     "u = 2⁻²⁴, E the scene's extent, n the longer side of the image in pixels. Vertices are "
