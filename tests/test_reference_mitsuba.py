@@ -19,7 +19,7 @@ from minirt.scene import Scene
 from reference.compare import Check
 from reference.isolate import Outcome, Workers
 from reference.renderers import llvm
-from reference.renderers.mitsuba import MitsubaReference, color_fault
+from reference.renderers.mitsuba import MitsubaReference, color_faults
 from reference.renderers.mitsuba_cli import MitsubaCommand
 from reference.source import Reference, Rendering, Unsupported
 from reference.verify import judge, render_by
@@ -197,20 +197,25 @@ def test_a_wrong_depth_of_mirrors_is_seen(workers: Workers, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("changes", "objects", "reason"),
+    ("changes", "objects", "reasons"),
     [
-        ({"background": [0.1, 0, 0]}, [ball("red")], "background"),
-        ({"shadow_color": [0.1, 0, 0]}, [ball("red")], "shadows"),
-        ({}, [ball("red"), ball("glass")], "'glass'"),
-        ({}, [ball("red"), ball("mirror")], None),
-        ({"shadow_color": [0, 0, 0]}, [floor("red")], None),
+        ({"background": [0.1, 0, 0]}, [ball("red")], ["background"]),
+        ({"shadow_color": [0.1, 0, 0]}, [ball("red")], ["shadows"]),
+        ({}, [ball("thin"), ball("red"), ball("glass")], ["'glass', 'thin'"]),
+        (
+            {"background": [0, 0, 1], "shadow_color": [0, 1, 0]}, [ball("glass")],
+            ["background", "shadows", "'glass'"],
+        ),
+        ({}, [ball("red"), ball("mirror")], []),
+        ({"shadow_color": [0, 0, 0]}, [floor("red")], []),
     ],
-)
+)  # fmt: skip
 def test_colours_are_given_where_they_are_the_slides_own(
-    changes: dict[str, Any], objects: list[dict[str, Any]], reason: str | None
+    changes: dict[str, Any], objects: list[dict[str, Any]], reasons: list[str]
 ) -> None:
-    fault = color_fault(scene(*objects, **changes))
-    assert fault is None if reason is None else reason in str(fault)
+    faults = color_faults(scene(*objects, **changes))
+    assert len(faults) == len(reasons)
+    assert all(reason in fault for reason, fault in zip(reasons, faults, strict=True))
 
 
 @pytest.mark.parametrize("route", ROUTES, ids=lambda route: route.name)

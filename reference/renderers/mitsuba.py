@@ -25,6 +25,8 @@ from reference.renderers.mitsuba_world import load_world, run, start
 from reference.source import Declared, Rendering, Unsupported
 
 _NAMES = {"mitsuba-llvm": "llvm_ad_rgb", "mitsuba-scalar": "scalar_rgb"}
+#: Why no route through Mitsuba gives α.
+NO_ALPHA = "Mitsuba's materials have no α: its own alpha says whether anything was hit"
 _INSTALL = "pip install 'minirt[mitsuba]'"
 
 
@@ -74,27 +76,29 @@ class MitsubaReference:
         world = load_world(mi, dr, scene, scratch, placement)
         answers = run(world, primary, _pixel_positions(scene))
         arrays = frame_arrays(scene, placement, answers)
-        unsupported = {"alpha": "Mitsuba has no α of the first surface"}
-        reason = color_fault(scene)
-        if reason:
-            unsupported["color"] = reason
+        unsupported = {"alpha": NO_ALPHA}
+        faults = color_faults(scene)
+        if faults:
+            unsupported["color"] = "; ".join(faults)
         else:
             first = answers[columns.ORIGIN], answers[columns.DIRECTION]
             arrays["color"] = _color(world, scene, np.concatenate(first))
         return Rendering(Frame(arrays), unsupported, f"Mitsuba {mi.__version__} {self.variant}")
 
 
-def color_fault(scene: Scene) -> str | None:
-    """Why Mitsuba's colours are not the slides' on this scene; None where they are."""
+def color_faults(scene: Scene) -> list[str]:
+    """Every reason why Mitsuba's colours are not the slides' on this scene; none where they are."""
+    faults = []
     if any(scene.background):
-        return "in Mitsuba a background that is not black lights the objects"
+        faults.append("in Mitsuba a background that is not black lights the objects")
     if scene.shadow_color is not None and any(scene.shadow_color):
-        return "Mitsuba has no colour of shadows"
+        faults.append("Mitsuba has no colour of shadows")
     used = sorted({thing.material for thing in scene.objects})
-    for name in used:
-        if not is_exact(scene.materials[name]):
-            return f"Mitsuba's radiance is the slides' for diffuse and mirrors only, not {name!r}"
-    return None
+    inexact = ", ".join(repr(name) for name in used if not is_exact(scene.materials[name]))
+    if inexact:
+        why = "Mitsuba's radiance is the slides' for pure diffuse and pure mirrors only"
+        faults.append(f"{why}, not for {inexact}")
+    return faults
 
 
 def _pixel_positions(scene: Scene) -> tuple[Floats, Floats]:

@@ -16,20 +16,31 @@ from converters.mitsuba import camera_fault, export_mitsuba, near_clip
 from converters.placement import Placement, fitted_placement
 from minirt.errors import InputError, ReferenceError
 from minirt.frame import Frame
-from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from minirt.vectors import Floats
+from reference.renderers.mitsuba import NO_ALPHA
 from reference.renderers.mitsuba_errors import declared
-from reference.renderers.pixel_arrays import PixelArrays, direction_lengths
+from reference.renderers.pixel_arrays import PixelArrays, direction_lengths, faceted
 from reference.source import Declared, Rendering, Unsupported
 
 #: Seconds for one image. An object costs the integrator some 50 ns a pixel: 1,000 of them on a
 #: million pixels take a minute.
 TIMEOUT = 600.0
 
-_AOVS = "distance:depth,position:position,normal:geo_normal,object:shape_index,face:prim_index"
-_GIVEN = ("hit", "object", "triangle", "t", "depth", "distance", "position", "normal")
-_REASON = "the aov integrator of Mitsuba's command speaks of the first hit only"
+_AOVS = (
+    "distance:depth,position:position,normal:geo_normal,object:shape_index,face:prim_index,uv:uv"
+)
+_UNSUPPORTED = {
+    "ray": "Mitsuba's aov integrator has no channel for the ray",
+    "color": "Mitsuba's aov integrator gives no colour of its own",
+    "alpha": NO_ALPHA,
+} | dict.fromkeys(
+    (
+        "shadow", "reflection", "reflection_object", "reflection_t",
+        "tir", "refraction", "refraction_object", "refraction_t",
+    ),
+    "Mitsuba's aov integrator follows no ray beyond the first hit",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -66,8 +77,7 @@ class MitsubaCommand:
         export_mitsuba(scene, folder, placement, {"type": "aov", "aovs": _AOVS})
         _run(folder / "scene.xml", image)
         frame = _frame(scene, placement, _channels(image, scene))
-        unsupported = {name: _REASON for name in QUANTITIES if name not in _GIVEN}
-        return Rendering(frame, unsupported, f"{_version()} scalar_rgb (command)")
+        return Rendering(frame, _UNSUPPORTED, f"{_version()} scalar_rgb (command)")
 
 
 def find_command() -> Path | None:
@@ -129,5 +139,7 @@ def _frame(scene: Scene, placement: Placement, channels: dict[str, Floats]) -> F
     )
     position = np.stack([channels[f"position.{axis}"] for axis in "XYZ"])
     pixels.put("position", placement.back(position.T).T, hit)
+    uv = np.stack([channels["uv.U"], channels["uv.V"]])  # on triangles without a texture: (β, γ)
+    pixels.put("barycentric", uv, faceted(scene, number))
     pixels.put("normal", np.stack([channels[f"normal.{axis}"] for axis in "XYZ"]), hit)
     return Frame(pixels.arrays)
