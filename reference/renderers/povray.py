@@ -25,11 +25,11 @@ from reference.source import Declared, Rendering
 _GIVEN = (
     "hit", "object", "triangle", "t", "depth", "distance", "position", "normal", "shadow", "color",
 )  # fmt: skip
-_DIRECTIONS = "POV-Ray's language tells points and colours, not where a ray goes from a point"
+_BEYOND = "the pictures drawn by POV-Ray tell of first hits; rays beyond them show in its colours"
 _REASONS = {
-    "ray": _DIRECTIONS,
-    "barycentric": "POV-Ray has no barycentric coordinates",
-    "alpha": "α is a number that minirt carries along; POV-Ray has none that does nothing",
+    "ray": "POV-Ray tells no directions; the positions of its hits lie along its rays",
+    "barycentric": "POV-Ray's triangles have no barycentric coordinates",
+    "alpha": "POV-Ray has no α that changes nothing else",
 }
 
 
@@ -59,18 +59,13 @@ class PovrayReference:
         """
         placement = povray_placement(scene)
         grid = passes.Grid.of(scene, placement)
-        pictures = {
-            "what": passes.what(scene, placement),
-            "where-1": passes.where(scene, placement, grid, 1),
-            "where-2": passes.where(scene, placement, grid, 2),
-            "normal": passes.normal(scene, placement),
-        }
+        pictures = passes.pictures(scene, placement, grid)
         fault = _color_fault(scene)
         if fault is None:
             pictures["color"] = povray_scene(scene, exposure_of(scene))
         codes = render_pictures(pictures, scene.screen, scratch)
         frame = _frame(scene, placement, grid, codes)
-        reasons = {name: _REASONS.get(name, _DIRECTIONS) for name in QUANTITIES}
+        reasons = {name: _REASONS.get(name, _BEYOND) for name in QUANTITIES}
         if fault is not None:
             reasons["color"] = fault
         unsupported = {name: reason for name, reason in reasons.items() if name not in frame}

@@ -53,7 +53,21 @@ class Grid:
         return self.span / BASE**2
 
 
-def what(scene: Scene, placement: Placement) -> str:
+def pictures(scene: Scene, placement: Placement, grid: Grid) -> dict[str, str]:
+    """The texts of the four pictures, by their names."""
+    plain = _shapes(scene, placement, lambda *_: "texture { Plain }")
+    more = {
+        "where-1": [_where(grid, 1)],
+        "where-2": [_where(grid, 2)],
+        "normal": _normal(reach(scene, placement)),
+    }
+    first = preamble(scene, placement, levels=1)  # no reflected or refracted rays
+    texts = {name: [*first, *lines, *plain, ""] for name, lines in more.items()}
+    texts["what"] = [*first, *_what(scene, placement), ""]
+    return {name: "\n".join(lines) for name, lines in texts.items()}
+
+
+def _what(scene: Scene, placement: Placement) -> list[str]:
     """Red and green: number of the face among all faces, plus 1; blue: its side, and the light.
 
     With brilliance 0 a surface that light reaches is as bright from every angle and on both
@@ -61,10 +75,10 @@ def what(scene: Scene, placement: Placement) -> str:
     """
     white = (0.0, 0.0, 1.0)
     light = parallel_light(scene, placement, white)
-    return _picture(scene, placement, [light], _Numbered(scene))
+    return [light, *_shapes(scene, placement, _Numbered(scene))]
 
 
-def where(scene: Scene, placement: Placement, grid: Grid, digit: int) -> str:
+def _where(grid: Grid, digit: int) -> str:
     """Red, green, blue: digit 1 or 2 of x, y, z, in the steps of a grid."""
     axes = []
     for axis, low, tint in zip("xyz", grid.low.tolist(), np.eye(3) * 3, strict=True):
@@ -74,34 +88,30 @@ def where(scene: Scene, placement: Placement, grid: Grid, digit: int) -> str:
         ramp = f"color_map {{ [0 rgb 0] [1 rgb {vector(tint)}] }}"
         axes.append(f"    [1 function {{ floor({value}) / {WHITE} }} {ramp}]")
     pigment = "\n".join(["average pigment_map {", *axes, "  }"])
-    texture = f"texture {{ pigment {{ {pigment} }} finish {{ emission 1 }} }}"
-    declared = f"#declare Where = {texture}"
-    return _picture(scene, placement, [declared], lambda *_: "texture { Where }")
+    return f"#declare Plain = texture {{ pigment {{ {pigment} }} finish {{ emission 1 }} }}"
 
 
-def normal(scene: Scene, placement: Placement) -> str:
+def _normal(coordinate: float) -> list[str]:
     """Red, green, blue: (1 + n)/2 of the normal turned to the viewer.
 
-    Six lights without shadows: light along an axis, and darkness against it.
+    Six lights without shadows: light along an axis, and darkness against it, from far beyond the
+    largest coordinate.
     """
-    far = 4 * reach(scene, placement)
     lights = [
-        f"light_source {{ {vector(s * far * axis)}, rgb {vector(s * axis)} "
+        f"light_source {{ {vector(4 * s * coordinate * axis)}, rgb {vector(s * axis)} "
         "parallel point_at <0, 0, 0> shadowless }"
         for axis in np.eye(3)
         for s in (1.0, -1.0)
     ]
     texture = "texture { pigment { rgb 1 } finish { emission 0.5 diffuse 0.5 } }"
-    declared = f"#declare Turned = {texture}"
-    return _picture(scene, placement, [*lights, declared], lambda *_: "texture { Turned }")
+    return [*lights, f"#declare Plain = {texture}"]
 
 
 def read_what(scene: Scene, codes: Ints) -> tuple[Ints, Ints, Bools, Bools]:
     """Object and face (n,), −1 for a miss; whether its outside is seen; whether it is lit."""
     number = codes[:, 0].astype(np.int64) + 2**16 * codes[:, 1].astype(np.int64) - 1
-    first = _first_faces(scene)
-    thing = (np.searchsorted(first, number, side="right") - 1).astype(np.int32)
-    thing = np.where(number < 0, -1, thing)
+    first = np.append(_first_faces(scene), 0)
+    thing = (np.searchsorted(first[:-1], number, side="right") - 1).astype(np.int32)
     face = np.where(number < 0, -1, number - first[thing]).astype(np.int32)
     lit = codes[:, 2] >= _LIT
     return thing, face, codes[:, 2] - _LIT * lit == _OUTSIDE, lit
@@ -136,9 +146,6 @@ class _Numbered:
         )
 
 
-def _picture(scene: Scene, placement: Placement, more: list[str], dress: Dress) -> str:
-    """A picture of the first hits: no reflected or refracted rays."""
-    lines = [*preamble(scene, placement, 1), *more]
-    for number in range(len(scene.objects)):
-        lines += pieces(scene, number, placement, dress)
-    return "\n".join([*lines, ""])
+def _shapes(scene: Scene, placement: Placement, dress: Dress) -> list[str]:
+    numbers = range(len(scene.objects))
+    return [piece for k in numbers for piece in pieces(scene, k, placement, dress)]
