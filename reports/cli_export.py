@@ -19,6 +19,7 @@ class Language(StrEnum):
     """Whose language."""
 
     mitsuba = "mitsuba"
+    povray = "povray"
     gltf = "gltf"
     obj = "obj"
 
@@ -30,7 +31,7 @@ def export(
         Path,
         typer.Option(
             "--out", "-o", metavar="PATH",
-            help="mitsuba, obj: a new or empty folder, or an earlier export; gltf: a file, .glb.",
+            help="mitsuba, obj: a new or empty folder, or an earlier export; gltf, povray: a file.",
         ),
     ],
     json: Json = False,
@@ -57,10 +58,18 @@ def _mitsuba(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:
     from converters.mitsuba import export_mitsuba
 
     export_mitsuba(scene, out)
-    picture = out.with_name(out.resolve().name + ".exr")
-    scene_file = str(out / "scene.xml")
-    command = ["mitsuba", "-m", "scalar_rgb", scene_file, "-o", str(picture)]
+    files = [str(out / name) for name in ("scene.xml", "scene.exr")]
+    command = ["mitsuba", "-m", "scalar_rgb", files[0], "-o", files[1]]
     return sorted(out.iterdir()), shlex.join(command), True
+
+
+def _povray(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:
+    from converters.povray import export_povray
+
+    export_povray(scene, out)
+    size = [f"+W{scene.screen.nx}", f"+H{scene.screen.ny}"]
+    command = ["povray", f"+I{out}", f"+O{out.with_suffix('.png')}", *size, "-A", "-D"]
+    return [out], shlex.join(command), True
 
 
 def _gltf(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:
@@ -78,4 +87,9 @@ def _obj(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:
 
 
 #: What writes each language: gives the files, and the command or the file that leads to a picture.
-_EXPORTS = {Language.mitsuba: _mitsuba, Language.gltf: _gltf, Language.obj: _obj}
+_EXPORTS = {
+    Language.mitsuba: _mitsuba,
+    Language.povray: _povray,
+    Language.gltf: _gltf,
+    Language.obj: _obj,
+}

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import shlex
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -245,6 +247,17 @@ def test_the_export_renders_alone(tmp_path: Path) -> None:
     ours = minirt.render(loaded, quantities=["color"])["color"].clip(0, 1)
     # half a code of 1/65535, and some float32 roundings; 1 pixel in 3,072 may hit an edge
     assert (np.abs(theirs - ours).max(axis=2) > 0.5 / 65535 + 1e-6).sum() <= 1
+
+
+def test_the_command_line_prints_a_command_that_renders(tmp_path: Path) -> None:
+    command = [str(Path(sys.executable).with_name("minirt")), "export", "atlas:one-sphere"]
+    command += ["--to", "povray", "--out", "ball.pov"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    rendered = subprocess.run(shlex.split(done.stdout), cwd=tmp_path, capture_output=True)
+    assert rendered.returncode == 0, rendered.stderr[-1000:]
+    with open_image(tmp_path / "ball.png", (192, 256)) as image:
+        assert image.channels[:3] == ("R", "G", "B")
 
 
 def test_the_export_is_whole_or_not_there(tmp_path: Path) -> None:
