@@ -19,6 +19,8 @@ from minirt.quantities import QUANTITIES
 Array = NDArray[Any]
 
 META_FILE = "meta.json"
+#: A picture for people, beside the numbers of `color`.
+_VIEWED = "color.png"
 _MAX_META_BYTES = 2**20
 
 
@@ -26,7 +28,8 @@ def write_folder(frame: Frame, folder: Path, suffixes: Mapping[str, str]) -> Non
     """Write each quantity into an empty folder. Not atomic; see `converters.frames`.
 
     Without a wish in `suffixes`, the masks that PNG can hold become PNG: `hit`, and `shadow`
-    where `hit` is there to say where it applies. Everything else becomes OpenEXR.
+    where `hit` is there to say where it applies: black there is 0 as well as −1, nothing hit.
+    Everything else becomes OpenEXR, `color` with a `color.png` beside it for people to look at.
 
     Raises
     ------
@@ -40,14 +43,17 @@ def write_folder(frame: Frame, folder: Path, suffixes: Mapping[str, str]) -> Non
     for name in frame:
         suffix = suffixes.get(name, ".png" if name in masks else ".exr")
         write_single(frame, name, folder / f"{name}{suffix}")
+        if name == "color" and name not in suffixes:
+            write_single(frame, name, folder / _VIEWED)
     (folder / META_FILE).write_text(meta_text(frame.meta), encoding="utf-8")
 
 
 def read_folder(folder: Path, expect: Size) -> Frame:
     """Read every image that bears a quantity's name: NAME.png, .exr, .pfm, .npy, ….
 
-    Files that are no images are left alone. An image under another name is an error, since a
-    slip such as `dept.exr` would else count as 'not given'.
+    Files that are no images are left alone, and so is `color.png` beside the numbers of `color`.
+    An image under another name is an error, since a slip such as `dept.exr` would else count as
+    'not given'.
 
     Raises
     ------
@@ -70,7 +76,10 @@ def read_folder(folder: Path, expect: Size) -> Frame:
 
 def _images(folder: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
-    for path in sorted(folder.iterdir()):
+    entries = sorted(folder.iterdir())
+    if any(p.stem == "color" and p.suffix.lower() in (".exr", ".npy", ".pfm") for p in entries):
+        entries = [path for path in entries if path.name != _VIEWED]
+    for path in entries:
         if path.suffix.lower() not in SUFFIXES or path.name.startswith("."):
             continue
         if path.stem not in QUANTITIES or path.stem in found:

@@ -170,6 +170,26 @@ def test_exr_has_the_names_that_viewers_know(tmp_path: Path) -> None:
     assert spec.get_string_attribute("minirt:sceneSha256") == META["sceneSha256"]
 
 
+def test_folder_shows_the_colours_too_and_reads_the_numbers(tmp_path: Path) -> None:
+    frame = whole_frame()
+    write_frame(frame, tmp_path / "f")
+    assert {"color.png", "color.exr"} <= {path.name for path in (tmp_path / "f").iterdir()}
+    assert_same(frame, read_frame(tmp_path / "f"), exact=False)
+    (tmp_path / "f" / "color.exr").unlink()
+    assert read_frame(tmp_path / "f")["color"].shape == frame["color"].shape
+    write_frame(frame, tmp_path / "f", images={"color": ".png"})
+    assert not (tmp_path / "f" / "color.exr").exists()
+
+
+def test_black_in_shadow_png_is_lit_or_nothing_hit_as_hit_png_says(tmp_path: Path) -> None:
+    shadow = np.array([[1, 0, -1]], dtype=np.int8)
+    write_frame(Frame({"hit": shadow >= 0, "shadow": shadow}), tmp_path / "f")
+    source = oiio.ImageInput.open(str(tmp_path / "f" / "shadow.png"))
+    assert source.read_image().ravel().tolist() == [1, 0, 0]
+    source.close()
+    assert read_frame(tmp_path / "f")["shadow"].tolist() == [[1, 0, -1]]
+
+
 def test_folder_has_images_that_people_can_look_at(tmp_path: Path) -> None:
     write_frame(whole_frame(), tmp_path / "f", images={"color": ".png", "depth": ".pfm"})
     names = {p.name for p in (tmp_path / "f").iterdir()}
