@@ -25,8 +25,8 @@ from minirt.vectors import norm
 
 #: Clipping planes of a scene of comfortable size; wider than any ray is long.
 NEAR, FAR = 2.0**-20, 2.0**20
-#: The files of an export.
-EXPORTED = ("scene.xml", "object_*.ply")
+#: The files of an export, and the picture that its command renders.
+EXPORTED = ("scene.xml", "object_*.ply", "scene.exr")
 
 
 def scene_to_dict(scene: Scene, folder: Path, placement: Placement = IDENTITY) -> Description:

@@ -54,7 +54,7 @@ def _version(asked: bool) -> None:
 @app.callback(
     epilog="Example: minirt render atlas:glass-ball -o glass-ball.exr\n\n"
     "Exit status: 0 all passed; 1 a check failed; 2 bad input or usage; "
-    "3 a required reference or program is missing, crashed or timed out."
+    "3 a required reference or program is missing, crashed or timed out, or nothing was compared."
 )
 def _minirt(
     version: Annotated[
@@ -81,7 +81,7 @@ def run(arguments: Sequence[str]) -> int:
     -------
     int
         0 all passed; 1 a check failed; 2 bad input or usage; 3 a required reference or program is
-        missing, crashed or timed out; 130 interrupted.
+        missing, crashed or timed out, or nothing was compared; 130 interrupted.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -90,20 +90,21 @@ def run(arguments: Sequence[str]) -> int:
     try:
         return app(args=list(arguments), prog_name="minirt", standalone_mode=False) or 0
     except typer.TyperException as error:
-        return _misused(error, as_json)
+        return _misused(error, arguments, as_json)
     except (KeyboardInterrupt, typer.Abort):
         return 130
     except Exception as error:  # nobody is left to be told otherwise
         return _failed(error, as_json)
 
 
-def _misused(error: typer.TyperException, as_json: bool) -> int:
+def _misused(error: typer.TyperException, arguments: Sequence[str], as_json: bool) -> int:
     """The command line itself is wrong."""
-    context, text = getattr(error, "ctx", None), error.format_message()
+    text = error.format_message().replace("Value error, ", "")
     if text.startswith("Usage:"):  # nothing was asked for
         typer.echo(text, err=True)
         return error.exit_code
-    path = context.command_path if context else "minirt"
+    known = {entry.callback.__name__ for entry in app.registered_commands if entry.callback}
+    path = " ".join(["minirt", *(name for name in arguments[:1] if name in known)])
     return _say(text, {"what": text}, f"'{path} --help' shows how", error.exit_code, as_json)
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from minirt.frame import Frame
     from minirt.scene import Scene
 
+#: Formats of any number of quantities; without a suffix, or with .d, a folder.
+_FRAMES = (".exr", ".npz", "", ".d")
 #: Formats of a single quantity.
 _PICTURES = (".png", ".pfm", ".npy")
 
@@ -52,6 +54,7 @@ def render(
     loaded = minirt.load_scene(scene)
     if size is not None:
         loaded = resized(loaded, size)
+    _require_format(out)
     names = _chosen(quantities, out)
     begin = time.perf_counter()
     with progress("render") as tell:
@@ -89,6 +92,20 @@ def writer(out: str, names: tuple[str, ...] | None) -> Callable[[Frame], None]:
     if names is not None and Path(out).suffix.lower() in _PICTURES:
         return lambda frame: write_image(frame, names[0], out)
     return lambda frame: write_frame(frame, out)
+
+
+def _require_format(out: str) -> None:
+    """Refuse a name that no format goes by, before anything is rendered."""
+    from minirt.errors import InputError
+
+    suffix = Path(out).suffix.lower()
+    if suffix not in (*_FRAMES, *_PICTURES):
+        raise InputError(
+            "unknown format",
+            where=out,
+            got=suffix,
+            expected=".exr, .npz or a folder for any quantities; .png, .pfm or .npy for one",
+        )
 
 
 def _chosen(quantities: str | None, out: str) -> tuple[str, ...] | None:

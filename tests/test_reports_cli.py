@@ -154,7 +154,11 @@ FAULTS: dict[str, tuple[list[str], str]] = {
         "a picture holds one quantity",
     ),
     "a picture that cannot be": (["render", BALL, "-o", "a.png", "--quantities", "t"], "PNG"),
-    "unknown format": (["render", BALL, "-o", "a.gif"], "a.gif"),
+    "unknown format": (
+        ["render", BALL, "-o", "a.gif"],
+        "a.gif: unknown format; got .gif; expected .exr, .npz or a folder for any quantities; "
+        ".png, .pfm or .npy for one",
+    ),
     "no such folder": (["render", BALL, "-o", "no/such/a.exr"], "no/such/a.exr"),
     "not a size": (["render", BALL, "-o", "a.exr", "--size", "640"], "--size: not a size"),
     "no pixels": (["render", BALL, "-o", "a.exr", "--size", "0x9"], "screen"),
@@ -193,6 +197,25 @@ def test_bad_input_is_one_sentence_and_status_2(
     else:
         assert done.out == ""
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text", "path"),
+    [
+        (["explain", BALL, "--pixel", "1"], "requires 2 arguments", "minirt explain"),
+        (["explain", BALL, "--pixel", "one", "2"], "--pixel", "minirt explain"),
+        (["export", BALL, "--to", "pbrt", "-o", "a"], "'pbrt' is not one of", "minirt export"),
+        (["paint"], "paint", "minirt"),
+        (["--foo"], "--foo", "minirt"),
+    ],
+)
+def test_a_misuse_names_the_commands_own_help(
+    arguments: list[str], text: str, path: str, command: Command
+) -> None:
+    sentence, hint = command(*arguments).err.splitlines()
+    assert text in sentence
+    assert "Value error" not in sentence
+    assert hint == f"'{path} --help' shows how"
 
 
 def test_an_error_does_not_command_the_terminal(command: Command) -> None:
@@ -331,7 +354,10 @@ def test_export_prints_a_command_that_renders(command: Command, ball: str, tmp_p
         shlex.split(done.out), cwd=tmp_path, env=search, capture_output=True, text=True
     )
     assert rendered.returncode == 0, rendered.stderr
-    assert (tmp_path / "there.exr").stat().st_size > 48 * 36
+    assert (tmp_path / "there" / "scene.exr").stat().st_size > 48 * 36
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["ball.json", "there"]
+    again = command("export", ball, "--to", "mitsuba", "-o", "there")
+    assert again.status == 0, again.err
 
 
 @pytest.mark.parametrize(
