@@ -1,20 +1,7 @@
 """The kernels' t against exact arithmetic: at most 4 ulp × condition number.
 
-An ulp is 2⁻⁵² relative. The condition number of t with respect to its inputs x_i (the numbers in
-P0, d and in C, R or the vertices) is the componentwise relative one,
-
-    κ = 1 + Σ |∂t/∂x_i · x_i| / |t|,
-
-where 1 stands for the rounding of t itself: the factor by which relative changes of the inputs
-come out in t, so that no algorithm on rounded inputs can promise less than about κ ulp. The
-derivatives come from the implicit function theorem, from the exact solution, in 400-bit mpmath:
-
-* sphere, F = |M − C|² − R² at M = P0 + t·d, with n = M − C: ∂t/∂P0 = −n/(n·d),
-  ∂t/∂C = n/(n·d), ∂t/∂d = −t·n/(n·d), ∂t/∂R = R/(n·d);
-* triangle with weights w_a, w_b, w_c of the point met and normal N: a vertex moves the plane by
-  its weight, ∂t/∂a = w_a·N/(d·N), and ∂t/∂P0 = −N/(d·N), ∂t/∂d = −t·N/(d·N);
-* polygon, S10's plane (X − P1)·p = 0: its data are P0, d, P1 and the normals N_k of the fan, whose
-  sum p is: ∂t/∂P1 = p/(d·p), ∂t/∂N_k = (P1 − M)/(d·p), the rest as for the triangle.
+An ulp is 2⁻⁵² relative; the condition numbers are those of `reference.exact.condition`, from the
+exact solution in 400-bit mpmath.
 
 A decision (hit or miss) is a sign of g(x). It is decided where no relative change of the inputs
 by 4 ulp reverses it, |g| > 4 ulp · Σ |∂g/∂x_i · x_i|, evaluated in rational arithmetic.
@@ -34,30 +21,23 @@ import minirt
 from minirt.shapes.plane import edge_normal
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Floats
+from reference.exact.condition import (
+    BOUND,
+    ULP,
+    Vector,
+    cross,
+    dot,
+    fan_normals,
+    minus,
+    moved,
+    polygon_condition,
+    sphere_condition,
+    triangle_condition,
+    triangle_weights,
+)
 
-ULP = 2.0**-52
-BOUND = 4.0
 #: Rays of each family; mpmath takes some 0.3 ms each.
 COUNT = 300
-
-Vector = Sequence[Any]
-
-
-def _dot(a: Vector, b: Vector) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _sub(a: Vector, b: Vector) -> Vector:
-    return [x - y for x, y in zip(a, b, strict=True)]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def _moved(slope: Vector, x: Vector) -> Any:
-    """Σ |∂g/∂x_i · x_i| of one vector."""
-    return sum(abs(s * c) for s, c in zip(slope, x, strict=True))
 
 
 def _numbers(kind: type, *columns: Floats) -> list[list[Any]]:
@@ -153,19 +133,13 @@ SPHERES = {
 
 def _sphere_exact(P0: Vector, d: Vector, C: Vector, R: Any) -> list[Any]:
     """Both roots with 400 bits, or none."""
-    L, a = _sub(C, P0), _dot(d, d)
-    b = _dot(d, L)
-    quarter = b * b - a * (_dot(L, L) - R * R)
+    L, a = minus(C, P0), dot(d, d)
+    b = dot(d, L)
+    quarter = b * b - a * (dot(L, L) - R * R)
     if quarter < 0:
         return []
     root = mp.sqrt(quarter)
     return [(b - root) / a, (b + root) / a]
-
-
-def _sphere_condition(t: Any, P0: Vector, d: Vector, C: Vector, R: Any) -> Any:
-    n = [p + t * e - c for p, e, c in zip(P0, d, C, strict=True)]
-    total = _moved(n, P0) + _moved(n, C) + abs(t) * _moved(n, d) + R * R
-    return 1 + total / abs(_dot(n, d) * t)
 
 
 @pytest.mark.parametrize("family", SPHERES)
@@ -183,7 +157,7 @@ def test_sphere_t_is_within_4_ulp_times_its_condition(family: str) -> None:
                 if t == 0:
                     assert ours == 0
                     continue
-                condition = _sphere_condition(t, p, e, c, mpf(R[k]))
+                condition = sphere_condition(t, p, e, c, mpf(R[k]))
                 worst = max(worst, float(abs(mpf(ours) - t) / abs(t) / condition / ULP))
                 ran += 1
     assert ran > COUNT
@@ -199,13 +173,13 @@ def test_sphere_hit_or_miss_agrees_with_rational_arithmetic(family: str) -> None
     decided = 0
     for k in range(COUNT):
         p, e, c = _numbers(Fraction, P0[:, k], d[:, k], C[:, k])
-        r, L, a = Fraction(float(R[k])), _sub(c, p), _dot(e, e)
-        b = _dot(e, L)
-        g = b * b - a * (_dot(L, L) - r * r)
+        r, L, a = Fraction(float(R[k])), minus(c, p), dot(e, e)
+        b = dot(e, L)
+        g = b * b - a * (dot(L, L) - r * r)
         by_center = [2 * (b * x - a * y) for x, y in zip(e, L, strict=True)]
-        by_d = [2 * (b * y - x * (_dot(L, L) - r * r)) for x, y in zip(e, L, strict=True)]
-        moved = _moved(by_center, c) + _moved(by_center, p) + _moved(by_d, e) + 2 * a * r * r
-        if abs(g) > Fraction(4 * ULP) * moved:
+        by_d = [2 * (b * y - x * (dot(L, L) - r * r)) for x, y in zip(e, L, strict=True)]
+        movement = moved(by_center, c) + moved(by_center, p) + moved(by_d, e) + 2 * a * r * r
+        if abs(g) > Fraction(4 * ULP) * movement:
             decided += 1
             assert found[k] == (g > 0)
     assert decided > 0.5 * COUNT
@@ -312,22 +286,11 @@ TRIANGLES = {
 }  # fmt: skip
 
 
-def _weights(P0: Vector, d: Vector, a: Vector, b: Vector, c: Vector) -> tuple[list[Any], Any]:
-    """Exact weights of a, b, c (not divided by their sum), and that sum, which is −d·N."""
-    A, B, C = _sub(a, P0), _sub(b, P0), _sub(c, P0)
-    w = [_dot(d, _cross(y, x)) for x, y in ((B, C), (C, A), (A, B))]
-    return w, sum(w)
-
-
-def _triangle_exact(P0: Vector, d: Vector, a: Vector, b: Vector, c: Vector) -> tuple[Any, Any]:
+def _triangle_exact(P0: Vector, d: Vector, *corners: Vector) -> tuple[Any, Any]:
     """Exact t, and its condition number."""
-    N = _cross(_sub(b, a), _sub(c, a))
-    slope = _dot(d, N)
-    t = _dot(_sub(a, P0), N) / slope
-    w, total = _weights(P0, d, a, b, c)
-    moved = _moved(N, P0) + abs(t) * _moved(N, d)
-    moved += sum(abs(k / total) * _moved(N, x) for k, x in zip(w, (a, b, c), strict=True))
-    return t, 1 + moved / abs(slope * t)
+    (N,) = fan_normals(corners)
+    t = dot(minus(corners[0], P0), N) / dot(d, N)
+    return t, triangle_condition(t, P0, d, corners)
 
 
 @pytest.mark.parametrize("family", TRIANGLES)
@@ -353,7 +316,7 @@ def test_triangle_inside_or_outside_agrees_with_rational_arithmetic(family: str)
     decided = 0
     for k in range(COUNT):
         p, e, *corners = _numbers(Fraction, P0[:, k], d[:, k], a[:, k], b[:, k], c[:, k])
-        w, total = _weights(p, e, *corners)
+        w, total = triangle_weights(p, e, corners)
         moves = _moves(p, e, corners)
         if all(abs(x) > Fraction(4 * ULP) * m for x, m in zip(w, moves, strict=True)):
             decided += 1
@@ -364,14 +327,14 @@ def test_triangle_inside_or_outside_agrees_with_rational_arithmetic(family: str)
 
 def _moves(P0: Vector, d: Vector, corners: Sequence[Vector]) -> list[Any]:
     """Σ |∂w/∂x_i · x_i| of each weight d·(C × B): ∂d is C × B, ∂B is d × C, ∂C is B × d."""
-    A, B, C = (_sub(x, P0) for x in corners)
+    A, B, C = (minus(x, P0) for x in corners)
     a, b, c = corners
     result = []
     for x, y, X, Y in ((B, C, b, c), (C, A, c, a), (A, B, a, b)):
-        by_x, by_y = _cross(d, y), _cross(x, d)
+        by_x, by_y = cross(d, y), cross(x, d)
         by_origin = [-p - q for p, q in zip(by_x, by_y, strict=True)]
-        moved = _moved(_cross(y, x), d) + _moved(by_x, X) + _moved(by_y, Y)
-        result.append(moved + _moved(by_origin, P0))
+        movement = moved(cross(y, x), d) + moved(by_x, X) + moved(by_y, Y)
+        result.append(movement + moved(by_origin, P0))
     return result
 
 
@@ -402,15 +365,11 @@ def test_polygon_t_is_within_4_ulp_times_its_condition(m: int, size: float, away
     worst, ran = 0.0, 0
     with mp.workprec(400):
         P = _numbers(mpf, *vertices)
-        fan = [_cross(_sub(P[k], P[0]), _sub(P[k + 1], P[0])) for k in range(1, m - 1)]
-        p = [sum(column) for column in zip(*fan, strict=True)]
-        spread = [sum(map(abs, column)) for column in zip(*fan, strict=True)]
+        p = [sum(column) for column in zip(*fan_normals(P), strict=True)]
         for k in np.flatnonzero(hits.triangle >= 0):
             o, e = _numbers(mpf, P0[:, k], d[:, k])
-            t = _dot(_sub(P[0], o), p) / _dot(e, p)
-            to_P1 = [x - (y + t * z) for x, y, z in zip(P[0], o, e, strict=True)]
-            moved = _moved(p, o) + abs(t) * _moved(p, e) + _moved(p, P[0]) + _moved(to_P1, spread)
-            condition = 1 + moved / abs(t * _dot(e, p))
+            t = dot(minus(P[0], o), p) / dot(e, p)
+            condition = polygon_condition(t, o, e, P)
             worst = max(worst, float(abs(mpf(hits.t[k]) - t) / abs(t) / condition / ULP))
             ran += 1
     assert ran > 0.4 * n
@@ -426,9 +385,9 @@ def test_edge_normal_is_correct_to_an_ulp() -> None:
         N = edge_normal(a, b, c)
         for k in range(COUNT):
             x, y, z = _numbers(Fraction, a[:, k], b[:, k], c[:, k])
-            e, f = _sub(y, x), _sub(z, x)
+            e, f = minus(y, x), minus(z, x)
             size = max(map(abs, e)) * max(map(abs, f))
-            for ours, exact in zip(N[:, k], _cross(e, f), strict=True):
+            for ours, exact in zip(N[:, k], cross(e, f), strict=True):
                 assert abs(Fraction(float(ours)) - exact) <= (
                     Fraction(ULP) * abs(exact) + Fraction(2.0**-98) * size
                 )
