@@ -3,7 +3,7 @@
 What glTF has no words for is approximated:
 
 - a sphere is a polyhedron within 0.2 % of its radius (`converters.tessellate`), its normals exact;
-- a material is metallic-roughness: see `material_to_gltf`;
+- a material is metallic-roughness: see `converters.gltf_materials`;
 - glTF's camera is centred, has no pixels of its own and cannot be mirrored. Where the screen is
   off-axis the camera is the centred one that just contains it; where the picture is mirrored (u
   runs to the left of somebody who looks at the screen, head along v), the camera's is not. The
@@ -26,10 +26,11 @@ import numpy as np
 
 from converters.atomic import atomic_file
 from converters.glb import Buffer
+from converters.gltf_materials import material_to_gltf, used_extensions
 from converters.placement import Placement, fitted_placement
 from converters.tessellate import ball_within
 from minirt.errors import InputError
-from minirt.scene import Material, Object, Scene, Sphere
+from minirt.scene import Object, Scene, Sphere
 from minirt.screen import VirtualScreen
 from minirt.vectors import Floats, Ints, cross, unit
 
@@ -57,7 +58,7 @@ def export_gltf(scene: Scene, path: str | Path) -> None:
 
 
 def gltf_bytes(scene: Scene) -> bytes:
-    """The scene as the bytes of a .glb file; the same bytes on every machine."""
+    """The scene as the bytes of a .glb file."""
     buffer, placement = Buffer(), fitted_placement(scene)
     meshes = _Meshes(scene, buffer, placement)
     objects = [meshes.node(thing) for thing in scene.objects]
@@ -78,51 +79,9 @@ def gltf_bytes(scene: Scene) -> bytes:
         "cameras": [_camera(scene)],
         "materials": materials,
         "extensions": {"KHR_lights_punctual": {"lights": [_light(scene.light_color)]}},
-        "extensionsUsed": ["KHR_lights_punctual", *_extensions(materials)],
+        "extensionsUsed": ["KHR_lights_punctual", *used_extensions(materials)],
     }
     return buffer.file(document)
-
-
-def material_to_gltf(name: str, material: Material) -> Description:
-    """Metallic-roughness by Phong's numbers.
-
-    | minirt | glTF |
-    |---|---|
-    | diffuse | base colour, turned towards white as k_r makes it a mirror |
-    | k_r | metallic; roughness falls to 0 with it |
-    | specular, shininess n | roughness √α, α = √(2/(n+2)); 1 without a specular term |
-    | ambient | emissive: light that is there without a lamp |
-    | ior, k_t | KHR_materials_ior, KHR_materials_transmission |
-    | α | the base colour's, of which an opaque material takes no notice, as in minirt |
-
-    Source of α: B. Walter et al. 2007, n = 2/α² − 2; roughness is √α in glTF.
-    """
-    mirror = material.reflectance
-    base = [min(c, 1.0) * (1 - mirror) + mirror for c in material.diffuse]
-    rough = (2 / (material.shininess + 2)) ** 0.25 if any(material.specular) else 1.0
-    smooth = max(mirror, material.transmittance)
-    description: Description = {
-        "name": name,
-        "doubleSided": True,
-        "pbrMetallicRoughness": {
-            "baseColorFactor": [*base, material.alpha],
-            "metallicFactor": mirror,
-            "roughnessFactor": rough * (1 - smooth),
-        },
-        "emissiveFactor": [min(c, 1.0) for c in material.ambient],
-    }
-    if material.ior is not None:
-        extensions = {"KHR_materials_ior": {"ior": max(material.ior, 1.0)}}
-        if material.transmittance:
-            passing = {"transmissionFactor": material.transmittance}
-            extensions["KHR_materials_transmission"] = passing
-        description["extensions"] = extensions
-    return description
-
-
-def _extensions(materials: list[Description]) -> list[str]:
-    """The extensions that materials use."""
-    return sorted({name for material in materials for name in material.get("extensions", ())})
 
 
 class _Meshes:

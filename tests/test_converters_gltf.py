@@ -13,7 +13,8 @@ import pytest
 import trimesh
 
 import minirt
-from converters.gltf import CHORD_ERROR, export_gltf, gltf_bytes, material_to_gltf
+from converters.gltf import CHORD_ERROR, export_gltf, gltf_bytes
+from converters.gltf_materials import material_to_gltf
 from converters.obj import export_obj
 from minirt.errors import InputError
 from minirt.render import primary_directions
