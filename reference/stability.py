@@ -87,41 +87,76 @@ class Stability:
     tolerance: dict[str, Floats]
 
 
-def measure(
-    scene: Scene, declared: Declared, quantities: Iterable[str] | None = None
-) -> tuple[Frame, Stability]:
-    """Render a scene, and how stable some of its quantities are under a declared error.
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """minirt's own answer to a scene, once for all the errors it is measured against.
+
+    Attributes
+    ----------
+    scene : Scene
+    frame : Frame
+        Every quantity, bit for bit what `minirt.render` gives.
+    signature : (ny, nx) uint64
+        Of each pixel's tree of rays: see `minirt.whitted.Whitted.color`.
+    """
+
+    scene: Scene
+    frame: Frame
+    signature: Array
+
+    def tile(self, start: int, stop: int) -> Tile:
+        """Some pixels' values, (n,) or (3, n), as `minirt.render.tiles` gives them."""
+        tile: Tile = {SIGNATURE: self.signature.reshape(-1)[start:stop]}
+        for name, array in self.frame.items():
+            flat = array.reshape(self.signature.size, -1)[start:stop]
+            tile[name] = flat[:, 0] if array.ndim == 2 else flat.T
+        return tile
+
+
+def exact_answer(scene: Scene) -> Exact:
+    """Render every quantity of a scene, and the signature of each pixel."""
+    arrays = blank_frame(scene)
+    signature = np.zeros((scene.screen.ny, scene.screen.nx), dtype=np.uint64)
+    for start, stop, tile in tiles(Whitted(scene), {*arrays, SIGNATURE}):
+        fill(arrays, start, stop, tile)
+        signature.reshape(-1)[start:stop] = tile[SIGNATURE]
+    return Exact(scene, Frame(arrays, frame_meta(scene)), signature)
+
+
+def stability_of(
+    exact: Exact, declared: Declared, quantities: Iterable[str] | None = None
+) -> Stability:
+    """How stable some quantities of a scene are under a declared error.
 
     Parameters
     ----------
-    scene : Scene
+    exact : Exact
     declared : Declared
     quantities : iterable of str, optional
         Those to be judged; all when left out.
-
-    Returns
-    -------
-    frame : Frame
-        Every quantity, bit for bit what `minirt.render` gives.
-    stability : Stability
-        Of the quantities to be judged.
     """
-    judged = chosen_quantities(quantities)
+    scene, judged = exact.scene, chosen_quantities(quantities)
     chain = _chain(judged, declared)
     links = {link for name in judged for link in chain[name]}
-    exact, frame = Whitted(scene), blank_frame(scene)
-    levers = _levers(exact.geometry)
+    geometry = Geometry.of(scene)
+    levers = _levers(geometry)
     sink = _Sink(scene, chain)
-    runs = [tiles(exact, {*frame, *links})]
     others = [Restarted(scene, declared)] if declared.start else []
     others += [Displaced(scene, declared, levers, k) for k in range(4)]
-    runs += [tiles(other, {*judged, *links}) for other in others]
-    for base, *moved in zip(*runs, strict=True):
-        start, stop, tile = base
-        fill(frame, start, stop, tile)
-        bases = _bases(tile, declared, exact.geometry, levers)
+    for moved in zip(*(tiles(other, {*judged, *links}) for other in others), strict=True):
+        start, stop, _ = moved[0]
+        tile = exact.tile(start, stop)
+        bases = _bases(tile, declared, geometry, levers)
         sink.judge(start, stop, tile, [other for _, _, other in moved], bases)
-    return Frame(frame, frame_meta(scene)), Stability(sink.certain, sink.tolerance)
+    return Stability(sink.certain, sink.tolerance)
+
+
+def measure(
+    scene: Scene, declared: Declared, quantities: Iterable[str] | None = None
+) -> tuple[Frame, Stability]:
+    """A scene's whole frame, and how stable some quantities are: see `stability_of`."""
+    exact = exact_answer(scene)
+    return exact.frame, stability_of(exact, declared, quantities)
 
 
 def _chain(judged: Iterable[str], declared: Declared) -> dict[str, tuple[str, ...]]:

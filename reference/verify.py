@@ -14,21 +14,16 @@ from typing import Any
 from converters.frames import read_frame, write_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
-from minirt.render import render
 from minirt.scene import Scene
 from reference.compare import Check, Comparison, State, compare, without_answer
 from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
 from reference.isolate import Job, Workers
 from reference.quorum import Quorum, quorum_of
 from reference.source import Declared, Reference, Unsupported
-from reference.stability import Stability, measure
+from reference.stability import Stability, exact_answer, stability_of
 
 #: Seconds that a reference may take for one scene.
 TIMEOUT = 300.0
-
-
-#: What is known where nothing that was asked for is given.
-_UNMEASURED = Frame({}), Stability({}, {})
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,19 +177,20 @@ def judge(
 ) -> _Verdict:
     """Compare the references' frames of one scene with minirt's. Runs in a child process.
 
-    References that declare the same error share one measurement of stability.
+    References that declare the same error share one measurement of stability, and all of them
+    minirt's own frame.
     """
     start = time.perf_counter()
     comparisons: dict[str, Comparison] = {}
     digests: dict[str, Any] = {}
-    frame = Frame({})
+    exact = exact_answer(scene)
+    ours = exact.frame
     groups: dict[Declared, list[_Answered]] = {}
     for answer in answers:
         groups.setdefault(replace(answer.declared, derivation=""), []).append(answer)
     for error, alike in groups.items():
         given = {name for answer in alike for name in answer.given}.intersection(names)
-        ours, stability = measure(scene, error, given) if given else _UNMEASURED
-        frame = ours or frame
+        stability = stability_of(exact, error, given) if given else Stability({}, {})
         for answer in alike:
             theirs = read_frame(answer.frame) if answer.given else Frame({})
             comparison = compare(scene, ours, stability, theirs, answer.unsupported, names)
@@ -203,7 +199,7 @@ def judge(
             evidence = Evidence(scene, name, ours, theirs, stability, comparison)
             digests[name] = digest(evidence) if digest else None
     checks = {name: (c.checks, digests[name]) for name, c in comparisons.items()}
-    judgement = _judgement(scene, frame or render(scene, quantities=JUDGED), comparisons, names)
+    judgement = _judgement(scene, ours, comparisons, names)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds = time.perf_counter() - start
     return _Verdict(checks, quorum_of(comparisons, names), judgement, seconds, peak)
