@@ -19,6 +19,7 @@ def junit_xml(run: Run) -> str:
     reason; each case of a reference that crashed, timed out or is missing is an error. A missing
     reference that is not required is skipped: it does not make the run red. What keeps a run
     from being complete is one more case, so that a run of 0 scenes cannot be taken for a pass.
+    A reference's time for a scene is shared out among its cases.
     """
     report = JUnitXml("minirt verify")
     for result in run.results:
@@ -36,13 +37,13 @@ def _suite(result: SceneResult, required: tuple[str, ...]) -> TestSuite:
         must = answer.reference in required
         suite.add_testcases([_case(suite.name, answer, check, must) for check in answer.checks])
     if result.judgement is not None:
-        suite.add_testcase(_judged(suite.name, result.judgement))
-    suite.time = result.seconds + sum(answer.seconds for answer in result.references)
+        suite.add_testcase(_judged(suite.name, result.judgement, result.seconds))
     return suite
 
 
 def _case(scene: str, answer: ReferenceResult, check: Check, required: bool) -> TestCase:
-    case = TestCase(check.quantity, f"{scene}.{one_line(answer.reference)}")
+    seconds = answer.seconds / len(answer.checks)
+    case = TestCase(check.quantity, f"{scene}.{one_line(answer.reference)}", seconds)
     message = f"{check.state}: {one_line(check.reason)}"
     if check.state == "failed":
         case.result = Failure(message, check.state)
@@ -55,9 +56,9 @@ def _case(scene: str, answer: ReferenceResult, check: Check, required: bool) -> 
     return case
 
 
-def _judged(scene: str, judgement: Judgement) -> TestCase:
-    """minirt before the judge."""
-    case = TestCase("exact arithmetic", f"{scene}.judge")
+def _judged(scene: str, judgement: Judgement, seconds: float) -> TestCase:
+    """minirt before the judge; all the time that minirt took for the scene is this case's."""
+    case = TestCase("exact arithmetic", f"{scene}.judge", seconds)
     if judgement.convictions:
         case.result = Failure(judgement_in_words(judgement), "convicted")
         lines = [opinion_in_words(each) for each in judgement.convictions[:MOST_LISTED]]

@@ -32,6 +32,16 @@ def test_one_case_for_each_scene_reference_and_quantity() -> None:
     assert {case.classname for case in found} == {"ball.honest", "second.honest"}
 
 
+def test_a_references_time_is_shared_out_among_its_cases() -> None:
+    run = good_run()
+    for suite, result in zip(JUnitXml.fromfile(io.BytesIO(junit_xml(run).encode())), run.results,
+                             strict=True):  # fmt: skip
+        total = result.seconds * (result.judgement is not None)
+        total += sum(answer.seconds for answer in result.references)
+        assert suite.time == pytest.approx(total, abs=1e-3)
+        assert all(case.time > 0 for case in suite)
+
+
 def test_states_become_failures_skips_and_errors() -> None:
     run = troubled_run()
     by_state = counts(run.results)
