@@ -212,10 +212,11 @@ def key_names(place: tuple[int | str, ...]) -> tuple[str, ...]:
             slides = form == "slides form"
             model = LookAt if below else ScreenModel if slides else LookAtScreenModel
         case ("objects", _, kind):
-            model = {
+            kinds: dict[object, type[BaseModel]] = {
                 "sphere": SphereModel, "triangle": TriangleModel,
                 "polygon": PolygonModel, "mesh": MeshModel,
-            }[str(kind)]  # fmt: skip
+            }  # fmt: skip
+            model = kinds[kind]
         case ("materials", _):
             model = MaterialModel
         case ("light",):
