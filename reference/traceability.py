@@ -41,6 +41,8 @@ class RuleTrace:
     compared : dict of str to int
         By reference: of those scenes, how many it confirmed in one of those quantities, at
         pixels where there is a value.
+    checked : dict of str to int
+        By quantity: on how many of those scenes a reference confirmed it, at such pixels.
     """
 
     rule: str
@@ -48,6 +50,12 @@ class RuleTrace:
     quantities: tuple[str, ...]
     scenes: tuple[str, ...]
     compared: dict[str, int]
+    checked: dict[str, int]
+
+
+def without_camera(rule: str, reference: str) -> bool:
+    """Whether a reference says nothing about a rule, being handed minirt's own rays."""
+    return reference in _WITHOUT_CAMERA.get(rule, frozenset())
 
 
 def trace_rules(scenes: Sequence[Scene], passed: Iterable[Passed] = ()) -> tuple[RuleTrace, ...]:
@@ -70,17 +78,18 @@ def _trace(rule: str, scenes: Sequence[Scene], passed: frozenset[Passed]) -> Rul
     quantities = _JUDGED_BY.get(rule) or tuple(
         q.name for q in QUANTITIES.values() if rule in q.rules
     )
-    confirmed = {
-        (who, scene)
+    cells = [
+        (scene, who, quantity)
         for scene, who, quantity in passed
-        if scene in listed
-        and quantity in quantities
-        and who not in _WITHOUT_CAMERA.get(rule, frozenset())
-    }
+        if scene in listed and quantity in quantities and not without_camera(rule, who)
+    ]
+    confirmed = {(who, scene) for scene, who, _ in cells}
+    shown = {(quantity, scene) for scene, _, quantity in cells}
     return RuleTrace(
         rule,
         tuple(f.name for f in dataclasses.fields(Rules) if f.metadata["rule"] == rule),
         quantities,
         listed,
         {who: sum(w == who for w, _ in confirmed) for who in sorted({w for w, _ in confirmed})},
+        {name: sum(q == name for q, _ in shown) for name in quantities},
     )

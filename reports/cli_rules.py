@@ -70,12 +70,14 @@ def _print(traced: Sequence[RuleTrace], with_references: bool) -> None:
     from reports.rule_names import RULE_NAMES
 
     table = Table(box=None, pad_edge=False, padding=(0, 2, 1, 0))
-    for heading in ("rule", "what it says", "judged by", "scenes"):
+    judged = "judged by, on scenes" if with_references else "judged by"
+    for heading in ("rule", "what it says", judged, "scenes"):
         table.add_column(heading)
     if with_references:
         table.add_column("compared by, on scenes")
     for row in traced:
-        cells: list[Any] = [row.rule, RULE_NAMES[row.rule], ", ".join(row.quantities)]
+        judges = [f"{q} {n}" if with_references else q for q, n in row.checked.items()]
+        cells: list[Any] = [row.rule, RULE_NAMES[row.rule], ", ".join(judges)]
         cells.append(f"{len(row.scenes)}: " + ", ".join(row.scenes))
         if with_references:
             cells.append("\n".join(f"{who} {count}" for who, count in row.compared.items()) or "–")

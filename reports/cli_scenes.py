@@ -73,7 +73,7 @@ def _show(scene: Scene) -> None:
     )
     parts = {"What it proves": scene.proves, "What a failure usually means": scene.failure_means}
     if scene.floor:
-        parts[f"Certain pixels: at least {scene.floor[0]:.1%}"] = scene.floor[1]
+        parts[f"Certain pixels: at least {100 * scene.floor[0]:.4g} %"] = scene.floor[1]
     for title, text in parts.items():
         console.print()
         console.print(title, style="bold")

@@ -15,9 +15,17 @@ from reference.compare import CERTAIN_FLOOR, Check
 from reference.exact import Judgement
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.stability import KAPPA
-from reference.traceability import passed_in, trace_rules
 from reference.verify import ReferenceResult, SceneResult
 from reports.colors import BANDS, BOUNDS, CATEGORIES, HATCH, MASKS, NOTHING, RING, css, viridis
+from reports.coverage import (
+    RuleCoverage,
+    RuleState,
+    gap_in_words,
+    gaps,
+    not_checked,
+    not_compared,
+    rule_coverage,
+)
 from reports.digest import Pictures, deserves_full, has_scale
 from reports.findings import (
     SceneState,
@@ -52,6 +60,10 @@ _LEAST_WIDTH = 128
 #: Worst scenes first; scenes of the same state stay in the order in which they ran.
 _ORDER: tuple[SceneState, ...] = ("failed", "incomplete", "passed", "not compared")
 
+_RULE_ICONS: dict[RuleState, str] = {
+    "failed": "✗", "passed": "✓", "partly checked": "◐", "not checked": "–", "no scene": "–",
+}  # fmt: skip
+
 #: Words beside the colours of a mask's three values.
 _MASK_WORDS = {
     "hit": ("", "nothing hit", "hit"),
@@ -80,6 +92,9 @@ def report_html(run: Run) -> str:
         quantities=QUANTITIES,
         counts=counts(run.results),
         scene_counts=scene_counts(run.results),
+        not_checked=not_checked(run.results),
+        not_compared=not_compared(run.results),
+        gaps=[(gap, gap_in_words(gap)) for gap in gaps(run.results)],
         failing=_failing(run),
         silent=silent(run.results),
         scenes=[_scene(run, number, result, pool) for number, result in ordered],
@@ -151,6 +166,7 @@ def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str,
         "headline": scene_headline(result) + (f"; first wrong stage: {stage}" if stage else ""),
         "rows": [matrix_row(answer, names, section) for answer in result.references],
         "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
+        "portrait": _portrait(run, number_, pool),
         "answers": [_answer(answer) for answer in result.references],
         "quantities": _quantities(result, section, pool),
         "silent": _not_compared(result),
@@ -160,6 +176,14 @@ def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str,
         "seconds": result.seconds,
         "memory": result.peak_memory / 2**20,
     }
+
+
+def _portrait(run: Run, number_: int, pool: Pool) -> tuple[str, int, str] | None:
+    """Class, width and proportions of minirt's own picture of scene number `number_`, from 1."""
+    portrait = run.portraits[number_ - 1] if run.portraits else None
+    if portrait is None:
+        return None
+    return pool.name(portrait.png), portrait.width, f"{portrait.width} / {portrait.height}"
 
 
 def _judgement(judgement: Judgement) -> dict[str, Any]:
@@ -316,21 +340,22 @@ def _bands() -> list[tuple[str, str, bool]]:
 
 
 def _rules(run: Run) -> list[dict[str, Any]]:
-    """A row for each rule: the scenes that list it, what checks it, how they ended."""
-    rows = []
-    passed = passed_in(run.results)
-    traced = {row.rule: row for row in trace_rules([r.scene for r in run.results], passed)}
-    for rule, name in RULE_NAMES.items():
-        scenes = [(k, r) for k, r in enumerate(run.results, start=1) if rule in r.scene.rules]
-        found = scene_counts(r for _, r in scenes)
-        rows.append(
-            {
-                "rule": rule,
-                "name": name,
-                "scenes": [(anchor(k, r), r.scene.name, scene_state(r)) for k, r in scenes],
-                "quantities": traced[rule].quantities,
-                "compared": list(traced[rule].compared.items()),
-                "state": next((s for s in _ORDER if found[s]), "no scene"),
-            }
-        )
-    return rows
+    """A row for each rule: the scenes that list it, what was compared on how many of them."""
+    covered = rule_coverage(run.results)
+    return [_rule(run, rule, name, covered.get(rule)) for rule, name in RULE_NAMES.items()]
+
+
+def _rule(run: Run, rule: str, name: str, covered: RuleCoverage | None) -> dict[str, Any]:
+    """One row; a rule that no quantity judges says so."""
+    scenes = [(k, r) for k, r in enumerate(run.results, start=1) if rule in r.scene.rules]
+    failed = covered.failed if covered else ()
+    return {
+        "rule": rule,
+        "name": name,
+        "scenes": [(anchor(k, r), r.scene.name, r.scene.name in failed) for k, r in scenes],
+        "quantities": list(covered.trace.checked.items()) if covered else [],
+        "compared": list(covered.trace.compared.items()) if covered else [],
+        "passed": covered.passed if covered else 0,
+        "state": covered.state if covered else "documented; unit tests",
+        "icon": _RULE_ICONS[covered.state] if covered else "–",
+    }

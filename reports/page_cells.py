@@ -26,6 +26,10 @@ from reports.words import (
 CAUSAL: tuple[str, ...] = tuple(sorted(QUANTITIES, key=lambda n: STAGES.index(QUANTITIES[n].stage)))
 
 
+#: Figures as short as twenty columns need them.
+_SHORT = {"equal": "="}
+
+
 @dataclass(frozen=True)
 class Cell:
     """One cell of the matrix.
@@ -64,9 +68,10 @@ class Row:
     cells: tuple[Cell, ...]
 
 
-def stage_columns(names: Sequence[str]) -> list[tuple[str, int]]:
-    """Stages with the number of columns of each."""
-    return [(s, len(list(g))) for s, g in groupby(names, lambda n: QUANTITIES[n].stage)]
+def stage_columns(names: Sequence[str]) -> list[tuple[str, int, str]]:
+    """Stages with the number of columns of each, and their names short enough for one column."""
+    counted = [(s, len(list(g))) for s, g in groupby(names, lambda n: QUANTITIES[n].stage)]
+    return [(s, n, s if n > 1 or len(s) < 7 else f"{s[:4]}.") for s, n in counted]
 
 
 def anchor(number: int, result: SceneResult) -> str:
@@ -95,7 +100,7 @@ def _cell(check: Check, section: str) -> Cell:
     bar = min(1.0, check.ratio or 0.0)
     href = f"#{section}-{check.quantity}" if check.state == "failed" else ""
     title = f"{check.quantity}: {sentence(check)}"
-    text = "unsupported" if check.state == "not supported" else figure(check)
+    text = "" if kind(check) == "none" else _SHORT.get(figure(check), figure(check))
     return Cell(kind(check), icon(check), text, check.state, title, bar, 1, href)
 
 
@@ -142,7 +147,7 @@ def facts(check: Check) -> list[str]:
 
 
 def _similarity(check: Check, ssim: float, floor: float) -> str:
-    text = f"SSIM {ssim:.5f}, floor {floor:g}"
+    text = f"SSIM {ssim if ssim == 1 else min(ssim, 0.99999):.5f}, floor {floor:g}"
     if check.wrong and ssim >= floor:
         text += f": it alone would have let {count(check.wrong, 'wrong pixel')} pass"
     return text

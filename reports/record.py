@@ -29,6 +29,7 @@ from reports.findings import (
 )
 from reports.json_model import Model, Natural, Number
 from reports.judgement import JudgementModel, judgement_model
+from reports.portrait import Portrait
 from reports.provenance import Provenance
 from reports.verdict import Outcome, Verdict
 
@@ -52,6 +53,8 @@ class Run:
         Of the whole run.
     folder : Path
         Where the reports lie.
+    portraits : tuple of Portrait or None
+        minirt's own picture of each scene, in the order of `results`; None where it has failed.
     """
 
     results: tuple[SceneResult, ...]
@@ -61,6 +64,7 @@ class Run:
     provenance: Provenance
     seconds: float
     folder: Path
+    portraits: tuple[Portrait | None, ...] = ()
 
     @property
     def exit_status(self) -> int:

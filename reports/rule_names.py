@@ -1,4 +1,4 @@
-"""The lecture's rules in a few words each, for tables."""
+"""The lecture's rules, and the departures from its letter, in a few words each, for tables."""
 
 from __future__ import annotations
 
@@ -21,4 +21,11 @@ RULE_NAMES: dict[str, str] = {
     "S16": "refracted direction ϱ",
     "E1": "S16 with s turned along the ray that goes on",
     "E2": "total internal reflection",
+    "S17": "the three exercises",
+    "E3": "t ∈ [t0, t1]; only the weights lie in [0, 1]",
+    "E4": "ε is the third argument of RT",
+    "E5": "M is the surface point, not the pixel's centre",
+    "E6": "(−δ·s)s is the projection of −δ",
+    "E7": "p is the normal of the polygon's plane",
+    "E8": "sphere: the same roots, without the lost digits",
 }

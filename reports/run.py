@@ -11,11 +11,13 @@ from converters.atomic import atomic_file
 from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
+from reference.isolate import Workers
 from reference.source import Reference
 from reference.verify import TIMEOUT, SceneResult, verify
 from reports.digest import pictures_of
 from reports.junit import junit_xml
 from reports.page import report_html
+from reports.portrait import Portrait, portrait_of
 from reports.provenance import provenance
 from reports.record import Run, results_json
 from reports.summary import summary_markdown
@@ -77,10 +79,13 @@ def run_verify(
     folder = _made(Path(out_dir))
     start, origin = time.perf_counter(), provenance()
     results = []
-    for result in verify(scenes, references, jobs, pictures_of, timeout, quantities):
-        results.append(result)
-        if progress is not None:
-            progress(result, len(scenes))
+    with Workers(1) as painters:
+        painted = [painters.submit(timeout, portrait_of, scene) for scene in scenes]
+        for result in verify(scenes, references, jobs, pictures_of, timeout, quantities):
+            results.append(result)
+            if progress is not None:
+                progress(result, len(scenes))
+        portraits = [job.outcome().value for job in painted]
     names = [reference.name for reference in references]
     run = Run(
         results=tuple(results),
@@ -90,6 +95,7 @@ def run_verify(
         provenance=origin,
         seconds=time.perf_counter() - start,
         folder=folder,
+        portraits=tuple(p if isinstance(p, Portrait) else None for p in portraits),
     )
     write_reports(run)
     return run

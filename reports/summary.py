@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from reference.verify import ReferenceResult
+from reports.coverage import gap_in_words, gaps, not_checked, not_compared
 from reports.findings import answer_in_words, answer_state, counts, failing, silent
 from reports.judgement import convicted, judgement_in_words
 from reports.record import Run
@@ -26,11 +27,14 @@ def escaped(text: str) -> str:
 def summary_markdown(run: Run) -> str:
     """The summary of a run: verdict, counts, what fails first, then a line for each scene."""
     lines = [f"# {_sign(run)} {escaped(run.verdict.sentence)}", ""]
+    left = not_checked(run.results)
+    lines += [f"**Not checked:** {escaped(left)}.", ""] if left else []
     lines += _counts(run)
     lines += _failing(run)
     lines += _convictions(run)
     lines += _silent(run)
     lines += _scenes(run)
+    lines += _gaps(run)
     lines.append(
         "The pictures, every tolerance with its derivation, and the provenance are in "
         "`report.html` beside this file; the numbers are in `results.json`."
@@ -109,6 +113,18 @@ def _scenes(run: Run) -> list[str]:
 
 def _answer(answer: ReferenceResult) -> str:
     return f"{ICONS[answer_state(answer)]} {answer_in_words(answer)}"
+
+
+def _gaps(run: Run) -> list[str]:
+    """Scenes that nobody compared, and what each reference does not give, with the reasons."""
+    scenes, found = not_compared(run.results), gaps(run.results)
+    lines = ["## Not compared", ""] if scenes or found else []
+    lines += [f"- {escaped(line)}" for line in scenes] + ([""] if scenes else [])
+    if found:
+        lines += ["| reference | what | checks | reason |", "|---|---|---:|---|"]
+        lines += [_row(g.reference, gap_in_words(g), str(g.checks), g.reason) for g in found]
+        lines.append("")
+    return lines
 
 
 def _row(*cells: str) -> str:

@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from reference.verify import ReferenceResult, SceneResult
+from reports.coverage import gap_in_words, gaps, not_checked, not_compared
 from reports.findings import Finding, Silence, answer_in_words, answer_state, failing, silent
 from reports.judgement import convicted, judgement_in_words
 from reports.record import Run
@@ -23,6 +24,8 @@ from reports.words import (
 
 #: Failing cells that are listed one by one; the report has them all.
 MOST_LINES = 40
+#: Reasons for what was not compared that are listed.
+MOST_GAPS = 12
 
 _STYLES = {
     "passed": "blue", "failed": "bold dark_orange", "crashed": "bold magenta",
@@ -44,7 +47,14 @@ def print_run(run: Run, console: Console) -> None:
         _conviction(console, result)
     for group in silent(run.results):
         _silence(console, group)
+    for gap in gaps(run.results)[:MOST_GAPS]:
+        _say(console, Text(f"– {gap.reference}: {gap_in_words(gap)}: {gap.reason}", "dim"))
+    for line in not_compared(run.results):
+        _say(console, Text(f"Not compared: {line}"))
     _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
+    left = not_checked(run.results)
+    if left:
+        _say(console, Text(f"Not checked: {left}"))
     style = "bold blue" if run.exit_status == 0 else "bold dark_orange"
     sign = ICONS["passed"] if run.exit_status == 0 else ICONS["failed"]
     _say(console, Text(f"{sign} {one_line(run.verdict.sentence, 1000)}", style))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from reference.verify import SceneResult
+from reports.coverage import why_not
 from reports.findings import checks_of, first_wrong_stage, scene_counts, scene_state, worst_check
 from reports.judgement import all_in_words, convicted
 from reports.words import COMPARED, UNANSWERED, count, one_line, share, times
@@ -67,7 +68,7 @@ def _troubles(
 ) -> Iterator[str]:
     for name in sorted(required - set(references)):
         yield f"{name} is required and was not chosen"
-    answered = False
+    answered, silent = False, []
     for name in references:
         answers = [a for result in results for a in result.references if a.reference == name]
         compared = any(check.state in COMPARED for a in answers for check in a.checks)
@@ -82,9 +83,18 @@ def _troubles(
         if name in required and troubled["missing"]:
             yield f"{name} is missing ({one_line(troubled['missing'][0].checks[0].reason, 160)})"
         elif name in required and not compared and not any(troubled.values()):
-            yield f"{name} compared nothing"
+            silent.append(name)
     if not answered:
-        yield "no reference compared anything"
+        yield "nothing was compared: " + _reasons(results)
+    else:
+        yield from (f"{name} compared nothing" for name in silent)
+
+
+def _reasons(results: Sequence[SceneResult]) -> str:
+    """Why no reference compared anything on any scene."""
+    reasons = list(dict.fromkeys(why_not(result) for result in results))
+    more = f"; and {len(reasons) - 1} more" if len(reasons) > 1 else ""
+    return reasons[0] + more
 
 
 def _of(some: int, all_: int) -> str:

@@ -25,6 +25,7 @@ from reference.compare import State, without_answer
 from reference.source import Reference, Unsupported
 from reference.verify import ReferenceResult, SceneResult, judge, render_by
 from reports.digest import pictures_of
+from reports.portrait import portrait_of
 from reports.provenance import provenance
 from reports.record import Run
 from reports.verdict import decide
@@ -78,7 +79,8 @@ def run_of(
     results = tuple(result_of(scene, references) for scene in scenes)
     names = tuple(reference.name for reference in references)
     verdict = decide(results, names, required)
-    return Run(results, names, tuple(required), verdict, provenance(), 1.5, Path("report"))
+    painted = tuple(map(portrait_of, scenes))
+    return Run(results, names, tuple(required), verdict, provenance(), 1.5, Path("report"), painted)
 
 
 @cache

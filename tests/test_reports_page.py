@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from fake_references import HOSTILE, Faulty, Honest, small_scene
+from fake_references import HOSTILE, CannotSay, Faulty, Honest, Partial, small_scene
 from PIL import Image
 from report_runs import NAMES, empty_run, good_run, run_of, troubled_run
 
@@ -192,7 +192,7 @@ def test_every_compared_quantity_has_three_pictures_that_exist() -> None:
     page = page_of("good")
     known = pictures("good")
     shown = page.all("span", "pic")
-    assert len(shown) == 2 * len(NAMES) * 3
+    assert len(shown) == 2 * len(NAMES) * 3 + 2
     used = {name for e in shown for name in e.attributes["class"].split() if name != "pic"}
     assert used == set(known)
     for png in known.values():
@@ -238,7 +238,49 @@ def test_rules_name_the_scenes_that_list_them() -> None:
     assert {f"rule-S{k}" for k in range(1, 17)} <= set(rows)
     assert "ball, second" in rows["rule-S12"]
     assert "✓ passed" in rows["rule-S12"]
+    assert "shadow 2 of 2" in rows["rule-S12"]
+    assert "passed in 2 of 2 scenes" in rows["rule-S12"]
     assert "none in this run" in rows["rule-S1"]
+    assert "documented; unit tests" in rows["rule-E3"]
+
+
+def test_every_rule_that_a_scene_may_list_has_its_row() -> None:
+    every = [f"S{k}" for k in range(1, 18)] + [f"E{k}" for k in range(1, 9)]
+    scene = small_scene(rules=every)
+    page = Page()
+    page.feed(report_html(run_of([scene], [Partial()])))
+    rows = {e.attributes["id"]: e.text for e in page.all("tr") if "id" in e.attributes}
+    assert set(rows) == {f"rule-{rule}" for rule in every}
+    assert "✓ passed" in rows["rule-S6"]
+    assert "◐ partly checked" in rows["rule-S8"]
+    assert "normal: not checked" in rows["rule-S8"]
+    assert "– not checked" in rows["rule-S12"]
+
+
+def test_what_was_not_checked_stands_beside_the_verdict() -> None:
+    page = Page()
+    page.feed(report_html(run_of([small_scene()], [Partial()])))
+    (box,) = page.all("div", "verdict")
+    assert "Not checked: ray, object, triangle, depth," in box.text
+    page.feed(report_html(run_of([small_scene()], [CannotSay()])))
+    assert "Not compared: ball: its pixels are round" in page.all("div", "verdict")[1].text
+    assert "Not checked" not in page_of("good").all("div", "verdict")[0].text
+
+
+def test_a_scene_begins_with_minirts_own_picture() -> None:
+    shown = [e for e in page_of("good").all("span", "pic") if "--w" not in e.attributes["style"]]
+    assert [e.attributes["aria-label"] for e in shown] == [
+        "ball, rendered by minirt", "second, rendered by minirt",
+    ]  # fmt: skip
+    assert shown[0].attributes["style"] == "width:48px;aspect-ratio:48 / 36"
+
+
+def test_pictures_can_be_enlarged_with_the_keyboard() -> None:
+    page = page_of("good")
+    buttons = page.all("button", "larger")
+    assert len(buttons) == 2 * len(NAMES)
+    assert buttons[0].text == "enlarge ray of honest"
+    assert all(b.attributes["aria-pressed"] == "false" for b in buttons)
 
 
 def test_same_picture_is_stored_once() -> None:
@@ -271,7 +313,8 @@ def contrast(one: str, other: str) -> float:
 
 def test_failed_scenes_come_before_passed_ones() -> None:
     good, bad = good_run().results, run_of([small_scene("bad")], [Faulty()]).results
-    run: Run = replace(good_run(), results=(*good, *bad), references=("honest", "faulty"))
+    both = replace(good_run(), results=(*good, *bad), references=("honest", "faulty"))
+    run: Run = replace(both, portraits=(None,) * 3)
     page = Page()
     page.feed(report_html(run))
     assert [e.text.split()[1] for e in page.all("h3")] == ["bad", "ball", "second"]

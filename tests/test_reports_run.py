@@ -30,6 +30,7 @@ def test_a_good_run_leaves_every_report_and_tells_its_progress(tmp_path: Path) -
     assert all(scene["peak_memory"] > 2**20 for scene in document["scenes"])
     answer = run.results[0].references[0]
     assert set(answer.digest) == {check.quantity for check in answer.checks}
+    assert [(p.width, p.height) for p in run.portraits if p] == [(48, 36), (48, 36)]
 
 
 def test_one_wrong_pixel_fails_the_run_even_where_a_reference_crashes(tmp_path: Path) -> None:

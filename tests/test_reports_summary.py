@@ -3,7 +3,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from fake_references import HOSTILE, Faulty, small_scene
+from fake_references import HOSTILE, CannotSay, Faulty, Partial, small_scene
 from report_runs import empty_run, good_run, run_of, troubled_run
 
 from reports.findings import failing
@@ -35,10 +35,20 @@ def test_every_table_row_has_as_many_cells_as_its_header() -> None:
     rows = [line for line in summary_markdown(troubled_run()).splitlines() if line.startswith("|")]
     widths = [len(re.findall(r"(?<!\\)\|", row)) for row in rows]
     starts = [k for k, row in enumerate(rows) if re.fullmatch(r"\|[-:|]+", row)]
-    assert len(starts) == 4
+    assert len(starts) == 5
     for k, width in enumerate(widths):
         header = max(start - 1 for start in [*starts, 1] if start - 1 <= k)
         assert width == widths[header], rows[k]
+
+
+def test_what_was_not_compared_is_listed_with_reasons_and_counts() -> None:
+    text = summary_markdown(run_of([small_scene("a"), small_scene("b")], [Partial()]))
+    assert "**Not checked:** ray, object, " in text.splitlines()[2]
+    assert "| partial | color on 2 scenes | 2 | it is colour-blind |" in text
+    assert "| partial | 17 quantities on 2 scenes | 34 | the frame does not hold it |" in text
+    assert "## Not compared" not in summary_markdown(good_run())
+    text = summary_markdown(run_of([small_scene("a"), small_scene("b")], [CannotSay()]))
+    assert "- a, b: its pixels are round" in text
 
 
 def test_hostile_text_stays_text() -> None:

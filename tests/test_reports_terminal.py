@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import io
 
-from fake_references import HOSTILE
-from report_runs import empty_run, good_run, troubled_run
+from fake_references import HOSTILE, CannotSay, Partial, small_scene
+from report_runs import empty_run, good_run, run_of, troubled_run
 from rich.console import Console
 
 from reports.record import Run
@@ -43,6 +43,17 @@ def test_who_gave_no_answer_is_named_with_reason_and_last_output() -> None:
     assert "    │ LLVM ERROR: <img" in text
     assert "! hanging: timed out on <img" in text
     assert "    │ loading the kernel\n" in text
+
+
+def test_what_was_not_compared_is_named_with_the_reason_before_the_verdict() -> None:
+    lines = printed(run_of([small_scene()], [Partial()])).splitlines()
+    assert "– partial: 17 quantities on 1 scene: the frame does not hold it" in lines
+    assert "– partial: color on 1 scene: it is colour-blind" in lines
+    assert lines[-2].startswith("Not checked: ray, object, ")
+    assert lines[-2].endswith("color, alpha on the scene")
+    lines = printed(run_of([small_scene()], [CannotSay()])).splitlines()
+    assert lines[-3].startswith("Not compared: ball: its pixels are round <img")
+    assert lines[-1].startswith("✗ INCOMPLETE: nothing was compared: its pixels are round")
 
 
 def test_hostile_names_give_the_terminal_no_orders() -> None:

@@ -79,6 +79,11 @@ def test_what_is_incomplete_is_named_with_the_reason() -> None:
     )
 
 
+def test_why_nothing_was_compared_is_said_once() -> None:
+    sentence = verdict([{"a": "not supported", "b": "not supported"}], ["a"]).sentence
+    assert sentence == "INCOMPLETE: nothing was compared: not supported (a, b)"
+
+
 def test_success_names_only_who_really_compared() -> None:
     sentence = verdict([{"a": "passed", "b": "not given"}]).sentence
     assert sentence.startswith("PASS: 1 scene agrees with a; ")

@@ -22,6 +22,18 @@ function openTarget() {
   target.scrollIntoView();
 }
 
+function enlarge(entry) {
+  const large = entry.querySelector(".small").classList.toggle("large");
+  entry.querySelector(".larger").setAttribute("aria-pressed", large);
+}
+
+function hint() {
+  for (const scroller of all(".scroller")) {
+    const { scrollLeft, clientWidth, scrollWidth } = scroller.firstElementChild;
+    scroller.classList.toggle("more", scrollLeft + clientWidth < scrollWidth - 2);
+  }
+}
+
 wanted.addEventListener("input", filter);
 onlyFailed.addEventListener("change", filter);
 one("#open-all").addEventListener("click", () => {
@@ -29,7 +41,15 @@ one("#open-all").addEventListener("click", () => {
   const open = scenes.some((scene) => !scene.open);
   for (const scene of scenes) scene.open = open;
 });
+addEventListener("click", (event) => {
+  const entry = event.target.closest(".larger, .small .pic")?.closest(".entry");
+  if (entry) enlarge(entry);
+});
+for (const scroller of all(".scroller")) scroller.firstElementChild.addEventListener("scroll", hint);
+for (const button of all(".larger")) button.hidden = false;
+addEventListener("resize", hint);
 addEventListener("hashchange", openTarget);
 one(".tools").hidden = false;
 filter();
+hint();
 openTarget();
