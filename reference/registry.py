@@ -28,8 +28,8 @@ REFERENCES: dict[str, Reference] = {
 
 #: The name that stands for whichever of Mitsuba's variants suits this machine.
 MITSUBA = "mitsuba"
-#: Whom to compare with when nothing else is said: both routes through Mitsuba.
-USUAL = (MITSUBA, "mitsuba-cli")
+#: Whom to compare with when nothing else is said: everybody, and Mitsuba by both routes.
+USUAL = (MITSUBA, "mitsuba-cli", "pyrender", "embree", "povray")
 
 
 def choose_references(names: Iterable[str]) -> tuple[Reference, ...]:

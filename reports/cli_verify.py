@@ -23,9 +23,9 @@ def verify(
         str,
         typer.Option(
             metavar="NAMES",
-            help="Renderers to compare with, separated by commas: mitsuba-llvm, mitsuba-scalar, "
-            "mitsuba-cli, or mitsuba for the first that works; without it mitsuba,mitsuba-cli. "
-            "What is named here is required.",
+            help="Renderers to compare with, separated by commas: mitsuba-llvm, mitsuba-scalar "
+            "(or mitsuba for the first that works), mitsuba-cli, pyrender, embree, povray; "
+            "without it all but mitsuba-scalar. What is named here is required.",
         ),
     ] = "",
     require: RequireOption = "",

@@ -25,7 +25,7 @@ from reference.source import Declared, Rendering
 _GIVEN = (
     "hit", "object", "triangle", "t", "depth", "distance", "position", "normal", "shadow", "color",
 )  # fmt: skip
-_BEYOND = "the pictures drawn by POV-Ray tell of first hits; rays beyond them show in its colours"
+_BEYOND = "the pictures drawn by POV-Ray tell of first hits: rays beyond them show in its colours"
 _REASONS = {
     "ray": "POV-Ray tells no directions; the positions of its hits lie along its rays",
     "barycentric": "POV-Ray's triangles have no barycentric coordinates",
