@@ -18,8 +18,19 @@ from minirt.vectors import Floats
 #: stays above: 1 % of scattered one-pixel differences cost about 0.05 at worst.
 SSIM_FLOOR = {"hit": 0.95, "depth": 0.95, "shadow": 0.95}
 
+#: The share of uncertain pixels that those floors are made for.
+_UNCERTAIN = 0.01
+
 #: Side of the window in pixels, scikit-image's default; smaller images have no SSIM.
 _WINDOW = 7
+
+
+def ssim_floor(name: str, uncertain: float) -> float:
+    """Least structural similarity of a picture of which a share of pixels is uncertain.
+
+    Beyond 1 % each uncertain pixel may cost all of the windows that hold it, 49 of them.
+    """
+    return max(0.0, SSIM_FLOOR[name] - _WINDOW**2 * max(0.0, uncertain - _UNCERTAIN))
 
 
 def ssim_of(name: str, ours: Frame, theirs: Frame) -> float | None:

@@ -16,6 +16,7 @@ from minirt.scene import Scene
 from minirt.screen import pixel_center
 from minirt.vectors import dot
 from reference.compare import Check, Comparison, compare
+from reference.similarity import SSIM_FLOOR, ssim_floor
 from reference.source import Declared, NormalOffset
 from reference.stability import Stability, measure
 
@@ -131,6 +132,41 @@ def test_a_number_where_none_belongs_is_wrong() -> None:
         array = ours[name].copy()
         array[row, column] = 1.0
         assert failed(judged("one-sphere", altered("one-sphere", **{name: array}))) == {name}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("t", np.nan), ("depth", -np.inf), ("distance", np.nan), ("position", np.inf),
+     ("normal", -np.inf), ("reflection_t", -np.inf), ("barycentric", np.inf)],
+)  # fmt: skip
+def test_nothing_is_said_in_the_tables_way_or_it_is_wrong(name: str, value: float) -> None:
+    _, ours, stability = measured("one-sphere")
+    nothing = ~np.isfinite(ours[name].reshape(*ours.size, -1)).all(axis=2)
+    row, column = np.argwhere(nothing & stability.certain[name])[0]
+    array = ours[name].copy()
+    array[row, column] = value
+    assert failed(judged("one-sphere", altered("one-sphere", **{name: array}))) == {name}
+
+
+def test_a_tolerance_that_is_no_number_tolerates_nothing() -> None:
+    scene, ours, stability = measured("one-sphere")
+    pixel = certain_hit("one-sphere", "depth")
+    for broken, moved in ((np.nan, 1e-9), (np.inf, np.inf)):
+        tolerance = {**stability.tolerance, "depth": stability.tolerance["depth"].copy()}
+        tolerance["depth"][pixel] = broken
+        depth = ours["depth"].copy()
+        depth[pixel] += moved
+        comparison = compare(
+            scene, ours, Stability(stability.certain, tolerance),
+            altered("one-sphere", depth=depth), {},
+        )  # fmt: skip
+        assert failed(comparison) == {"depth"}
+
+
+def test_the_floor_of_similarity_sinks_with_what_is_uncertain() -> None:
+    assert ssim_floor("depth", 0.0) == ssim_floor("depth", 0.01) == SSIM_FLOOR["depth"]
+    assert ssim_floor("depth", 0.02) == pytest.approx(SSIM_FLOOR["depth"] - 0.49)
+    assert ssim_floor("depth", 0.5) == 0.0
 
 
 def test_absent_and_unsupported_quantities_are_said_and_never_passed() -> None:
