@@ -63,7 +63,8 @@ class Hits:
 
 def nearest(
     geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
-    t0: Floats | float, t1: Floats | float = np.inf, other_than: Hits | None = None,
+    t0: Floats | float, t1: Floats | float = np.inf,
+    later_than: Hits | None = None, earlier_than: Hits | None = None,
 ) -> Hits:  # fmt: skip
     """RT: the first hit of each ray with t ∈ [t0, t1].
 
@@ -71,10 +72,11 @@ def nearest(
     ----------
     P0, d : (3, n) float64
     t0, t1 : float or (n,) float64
-    other_than : Hits, optional
-        One face a ray, which is passed over.
+    later_than, earlier_than : Hits, optional
+        One face a ray, which is passed over together with all before it, or all after it, in
+        the scene's order.
     """
-    return _Query(geometry, rules, P0, d, t0, t1, other_than=other_than).run()
+    return _Query(geometry, rules, P0, d, t0, t1, False, later_than, earlier_than).run()
 
 
 def occluded(
@@ -94,14 +96,14 @@ class _Query:
     def __init__(
         self, geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
         t0: Floats | float, t1: Floats | float, any_hit: bool = False,
-        other_than: Hits | None = None,
+        later_than: Hits | None = None, earlier_than: Hits | None = None,
     ) -> None:  # fmt: skip
         n = P0.shape[1]
         self.geometry, self.rules, self.P0, self.d = geometry, rules, P0, d
         self.inverse = reciprocal(d)
         self.t0 = np.broadcast_to(np.asarray(t0, dtype=np.float64), (n,))
         self.t1 = np.broadcast_to(np.asarray(t1, dtype=np.float64), (n,))
-        self.any_hit, self.other_than = any_hit, other_than
+        self.any_hit, self.later_than, self.earlier_than = any_hit, later_than, earlier_than
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
         self.limit = self.t1.copy()
@@ -228,12 +230,16 @@ class _Query:
         return np.flatnonzero(cross[:, 0])
 
     def _but(self, t: Floats, rays: Index, object_: Ints, face: Ints | np.int32) -> Floats:
-        """t (rays, primitives) without the face that each ray is to pass over."""
-        if self.other_than is None:
-            return t
-        known = self.other_than
-        same = (known.object[rays, None] == object_) & (known.triangle[rays, None] == face)
-        return np.where(same, np.inf, t)
+        """t (rays, primitives) without the faces that each ray is to pass over."""
+        if self.later_than is not None:
+            known = self.later_than.take(rays)
+            o, f = known.object[:, None], known.triangle[:, None]
+            t = np.where((object_ > o) | ((object_ == o) & (face > f)), t, np.inf)
+        if self.earlier_than is not None:
+            known = self.earlier_than.take(rays)
+            o, f = known.object[:, None], known.triangle[:, None]
+            t = np.where((object_ < o) | ((object_ == o) & (face < f)), t, np.inf)
+        return t
 
     def _keep(self, rays: Index, found: Hits) -> None:
         best = self.best.take(rays)

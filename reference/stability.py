@@ -6,8 +6,9 @@ shadow, reflected, refracted) moved sideways by √2·δ, in four directions per
 factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of the
 four, whatever its direction. Where δ grows with the distance, primary rays are also tilted, to
 the same side. In those four, facets are tilted by what the rounding of their vertices can turn
-them. One of the four also answers with the runner-up where a second surface lies within the error
-of the first (coplanar or touching surfaces), since the other renderer may well see that one.
+them. Where other surfaces lie within the error of the first (coplanar or touching ones), the other
+renderer may well see any of them: there one of the four answers with the last of them in the
+scene's order, and another with the first, so that these two never agree.
 
 A discrete quantity is certain where all six agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
@@ -39,6 +40,7 @@ from minirt.trace import Hits, nearest
 from minirt.vectors import Bools, Floats, cross, dot, norm, unit
 from minirt.whitted import Points, Whitted
 from reference.source import AlongRay, Declared, NormalOffset
+from reference.surfaces import PerSurface, Surfaces
 
 #: Safety factor on the largest movement seen: the four directions sample a circle, on which the
 #: movement of a smooth answer is at most √2 times the largest of the four; the rest is margin
@@ -139,14 +141,14 @@ def stability_of(
     chain = _chain(judged, declared)
     links = {link for name in judged for link in chain[name]}
     geometry = Geometry.of(scene)
-    levers = _levers(geometry)
+    surfaces = Surfaces.of(geometry, scene.extent)
     sink = _Sink(scene, chain)
     others = [Restarted(scene, declared)] if declared.start else []
-    others += [Displaced(scene, declared, levers, k) for k in range(4)]
+    others += [Displaced(scene, declared, surfaces.levers, k) for k in range(4)]
     for moved in zip(*(tiles(other, {*judged, *links}) for other in others), strict=True):
         start, stop, _ = moved[0]
         tile = exact.tile(start, stop)
-        bases = _bases(tile, declared, geometry, levers)
+        bases = _bases(tile, declared, geometry, surfaces)
         sink.judge(start, stop, tile, [other for _, _, other in moved], bases)
     return Stability(sink.certain, sink.tolerance)
 
@@ -224,12 +226,13 @@ class Displaced(Restarted):
     ----------
     scene : Scene
     declared : Declared
-    levers : Levers
+    levers : PerSurface
     k : int
-        0…3: the direction around each ray. Number 0 also answers with runners-up.
+        0…3: the direction around each ray. Of surfaces within the error of the first, number 0
+        answers with the last in the scene's order, and number 1 with the first.
     """
 
-    def __init__(self, scene: Scene, declared: Declared, levers: Levers, k: int) -> None:
+    def __init__(self, scene: Scene, declared: Declared, levers: PerSurface, k: int) -> None:
         self.levers, self.k = levers, k
         self.step, self.tilt = 2.0**0.5 * declared.delta, 2.0**0.5 * declared.slope
         rules = replace(SLIDES, ray_direction=self.primary_direction) if self.tilt else SLIDES
@@ -257,24 +260,35 @@ class Displaced(Restarted):
         return unit(normal + tilt * sideways(normal, self.k))
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
-        """The first hits; in one direction of four the runner-up where it is within the error."""
+        """The first hits; in two directions of four the last or the first within the error."""
         hits = super().first_hits(P0, d, t0)
-        if self.k == 0:
-            self._swap_contested(P0, d, t0, hits)
+        if self.k < 2:
+            self._settle_contested(P0, d, t0, hits)
         return hits
 
-    def _swap_contested(self, P0: Floats, d: Floats, t0: float, hits: Hits) -> None:
+    def _settle_contested(self, P0: Floats, d: Floats, t0: float, hits: Hits) -> None:
+        """Go on to the last (the first) in the scene's order, one contestant after the other."""
         points = self.points(P0, d, hits)
-        rays = points.rays
-        d = d[:, rays]
+        t, gap = points.hits.t, self._gap(points, norm(d[:, points.rays]))
+        low, high = np.maximum(t - gap, t0), t + gap
+        on = np.arange(len(t))
+        while len(on):
+            rays = points.rays[on]
+            known = hits.take(rays)
+            beyond = (known, None) if self.k == 0 else (None, known)
+            other = nearest(
+                self.geometry, self.rules, P0[:, rays], d[:, rays], low[on], high[on], *beyond
+            )
+            contested = np.flatnonzero(other.object >= 0)
+            hits.put(rays[contested], other.take(contested))
+            on = on[contested]
+
+    def _gap(self, points: Points, length: Floats) -> Floats:
+        """How much of t (n,) may lie between two surfaces that the error can exchange."""
         slope = np.maximum(np.abs(dot(points.normal, points.delta)), 2.0**-20)
-        t, length = points.hits.t, norm(d)
-        gap = 2.0 * (self.step / length + self.tilt * t) / slope + 2.0 * self.declared.grain * t
-        other = nearest(
-            self.geometry, self.rules, P0[:, rays], d, np.maximum(t - gap, t0), t + gap, points.hits
-        )
-        contested = np.flatnonzero(other.object >= 0)
-        hits.put(rays[contested], other.take(contested))
+        t = points.hits.t
+        gap: Floats = 2.0 * (self.step / length + self.tilt * t) / slope
+        return gap + 2.0 * self.declared.grain * t
 
 
 def sideways(d: Floats, k: int) -> Floats:
@@ -286,46 +300,7 @@ def sideways(d: Floats, k: int) -> Floats:
     return chosen if k < 2 else -chosen
 
 
-@dataclass(frozen=True, eq=False)
-class Levers:
-    """Lengths over which an error turns a surface: radius of spheres, least height of facets."""
-
-    radius: Floats
-    facets: Floats
-    polygons: tuple[Floats, ...]
-
-    def at(self, hits: Hits, geometry: Geometry) -> Floats:
-        """The lever (n,) at each hit; +inf where nothing is hit."""
-        lever = np.full(hits.object.shape, np.inf)
-        on = np.flatnonzero(hits.object >= 0)
-        kind, first = geometry.kind[hits.object[on]], geometry.first[hits.object[on]]
-        face = hits.triangle[on]
-        lever[on[kind == Kind.SPHERE]] = self.radius[first[kind == Kind.SPHERE]]
-        flat = kind == Kind.TRIANGLES
-        lever[on[flat]] = self.facets[first[flat] + face[flat]]
-        for number, heights in enumerate(self.polygons):
-            here = (kind == Kind.POLYGON) & (first == number)
-            lever[on[here]] = heights[face[here]]
-        return lever
-
-
-def _levers(geometry: Geometry) -> Levers:
-    tri = geometry.triangles
-    return Levers(
-        geometry.spheres.radius,
-        _least_height(tri.a, tri.b, tri.c, tri.N),
-        tuple(_least_height(*p.facets.corners, p.facets.edge_normals) for p in geometry.polygons),
-    )
-
-
-def _least_height(a: Floats, b: Floats, c: Floats, N: Floats) -> Floats:
-    """Twice the area over the longest edge, (m,); 0 where degenerate."""
-    longest = np.maximum(np.maximum(norm(b - a), norm(c - b)), norm(a - c))
-    height: Floats = norm(N) / np.where(longest > 0, longest, 1.0)
-    return height
-
-
-def _facet_tilt(hits: Hits, geometry: Geometry, levers: Levers, declared: Declared) -> Floats:
+def _facet_tilt(hits: Hits, geometry: Geometry, levers: PerSurface, declared: Declared) -> Floats:
     """The angle (n,) by which moving a facet's vertices can turn it; 0 on spheres."""
     flat = geometry.kind[hits.object] != Kind.SPHERE
     return np.where(flat, 2.0**0.5 * declared.vertex / levers.at(hits, geometry), 0.0)
@@ -352,17 +327,21 @@ def _movement(base: Array, moved: list[Array]) -> Floats:
     return largest
 
 
-def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -> dict[str, Floats]:
+def _bases(
+    base: Tile, declared: Declared, geometry: Geometry, surfaces: Surfaces
+) -> dict[str, Floats]:
     """The part (n,) of each tolerance that is there when nothing moves.
 
     δ along the ray, and the grain, for a length; for a ratio, δ over the length it is measured in;
     for a normal, δ over the local radius of curvature, or the vertices' error over a facet's
-    height, and the rounding of a unit vector. The steps of the other's format come on top.
+    height, and the rounding of a unit vector. What slender facets add: `_slenderness`. The steps of
+    the other's format come on top.
     """
     n = len(base["object"])
     nan = np.full(n, np.nan)
     hits = Hits(base["t"], base["object"], base["triangle"], nan, nan)
-    lever = levers.at(hits, geometry)
+    lever = surfaces.levers.at(hits, geometry)
+    plane, inside = _slenderness(base, hits, geometry, surfaces)
     distance = np.where(base["hit"], base["distance"], 0.0)
     delta = declared.delta + declared.slope * distance
     length = delta + declared.grain * distance
@@ -373,10 +352,10 @@ def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -
     shade = np.abs(base["color"]).max(axis=0)
     bases = {
         "ray": np.full(n, declared.angle + declared.slope),
-        "t": length * per_t,
-        "depth": length,
-        "distance": length,
-        "position": length,
+        "t": length * plane * per_t,
+        "depth": length * plane,
+        "distance": length * plane,
+        "position": length * inside,
         "barycentric": delta / lever,
         "normal": turn,
         "reflection": angle,
@@ -389,3 +368,21 @@ def _bases(base: Tile, declared: Declared, geometry: Geometry, levers: Levers) -
     for name, step in declared.steps:
         bases[name] = bases[name] + step * (per_t if name == "t" else 1.0)
     return bases
+
+
+def _slenderness(
+    base: Tile, hits: Hits, geometry: Geometry, surfaces: Surfaces
+) -> tuple[Floats, Floats]:
+    """How many times δ a renderer may stray along the ray (n,), and within a facet (n,): ≥ 1.
+
+    A facet of height h and longest edge L, met under an angle of cosine c, in a scene of extent
+    E. δ is some roundings at the scale of E, so those of the facet's own edges are δ·L/E. Its
+    normal, a product of two edges of length L over an area of L·h, is turned by δ·L/E/h, in any
+    direction; a plane through one vertex with that normal is off by L times that, and by 1/c more
+    along the ray. β and γ, rounded to δ/(h·c), carry an interpolated point off by L times that.
+    """
+    hit = base["hit"]
+    aspect, size = surfaces.shape(hits, geometry)
+    slope = np.abs((base["normal"] * base["ray"]).sum(axis=0))
+    aspect = aspect / np.where(hit, np.maximum(slope, 2.0**-20), 1.0)
+    return np.maximum(1.0, aspect * size), np.maximum(1.0, aspect)

@@ -191,6 +191,29 @@ def test_coplanar_objects_are_uncertain_where_they_overlap_and_only_there() -> N
     assert stability.certain["hit"].all()
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_of_many_coplanar_objects_any_may_be_seen(seed: int) -> None:
+    """Six quads in one plane: which of them a pixel shows is a matter of rounding."""
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform((-2.4, -1.8), (0.4, 0.2), (6, 2))
+    sides = rng.uniform(1.4, 2.6, (6, 2))
+    quads = [
+        [[x, y, 0.3 * x], [x + w, y, 0.3 * (x + w)], [x + w, y + h, 0.3 * (x + w)],
+         [x, y + h, 0.3 * x]]
+        for (x, y), (w, h) in zip(corners.tolist(), sides.tolist(), strict=True)
+    ]  # fmt: skip
+    scene = scene_of([{"type": "polygon", "material": "paint", "vertices": q} for q in quads])
+    ours, stability = measure(scene, declared(scene), ["object"])
+    covered = np.zeros((48, 64), dtype=int)
+    for k in range(6):
+        alone = scene_of([scene.document["objects"][k]])
+        covered += minirt.render(alone, quantities=["hit"])["hit"]
+    assert (covered > 2).sum() > 100
+    assert not stability.certain["object"][covered > 1].any()
+    assert stability.certain["object"][covered == 1].mean() > 0.95
+    assert ours["object"][covered > 0].min() >= 0
+
+
 def test_the_tolerance_of_t_grows_with_the_angle() -> None:
     scene = scene_of([{"type": "sphere", "material": "paint", "center": [0, 0, 0], "radius": 1.0}])
     ours, stability = measure(scene, declared(scene), ["t", "distance"])

@@ -1,0 +1,93 @@
+"""What a renderer's error does to a surface depends on its shape: a number for each surface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from minirt.geometry import Geometry, Kind
+from minirt.trace import Hits
+from minirt.vectors import Floats, cross, norm
+
+
+@dataclass(frozen=True, eq=False)
+class PerSurface:
+    """A number for each sphere, each triangle, and each triangle of each polygon's fan."""
+
+    spheres: Floats
+    facets: Floats
+    polygons: tuple[Floats, ...]
+
+    def at(self, hits: Hits, geometry: Geometry) -> Floats:
+        """The number (n,) at each hit; +inf where nothing is hit."""
+        number = np.full(hits.object.shape, np.inf)
+        on = np.flatnonzero(hits.object >= 0)
+        kind, first = geometry.kind[hits.object[on]], geometry.first[hits.object[on]]
+        face = hits.triangle[on]
+        number[on[kind == Kind.SPHERE]] = self.spheres[first[kind == Kind.SPHERE]]
+        flat = kind == Kind.TRIANGLES
+        number[on[flat]] = self.facets[first[flat] + face[flat]]
+        for which, values in enumerate(self.polygons):
+            here = (kind == Kind.POLYGON) & (first == which)
+            number[on[here]] = values[face[here]]
+        return number
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """The shapes of a scene's surfaces.
+
+    Attributes
+    ----------
+    levers : PerSurface
+        The length over which an error turns it: radius of spheres, least height of facets.
+    edges : PerSurface
+        Longest edge of facets; 0 for spheres.
+    extent : float
+        Of the scene.
+    """
+
+    levers: PerSurface
+    edges: PerSurface
+    extent: float
+
+    @classmethod
+    def of(cls, geometry: Geometry, extent: float) -> Surfaces:
+        """Those of a scene."""
+        radius = geometry.spheres.radius
+        return cls(
+            _per_surface(geometry, radius, _least_height),
+            _per_surface(geometry, np.zeros_like(radius), _longest_edge),
+            extent,
+        )
+
+    def shape(self, hits: Hits, geometry: Geometry) -> tuple[Floats, Floats]:
+        """Longest edge over height of the facet at each hit, and that edge over the extent.
+
+        Both (n,); 0 on spheres and where nothing is hit.
+        """
+        edge = self.edges.at(hits, geometry)
+        edge = np.where(np.isfinite(edge), edge, 0.0)
+        return edge / self.levers.at(hits, geometry), edge / self.extent
+
+
+def _per_surface(
+    geometry: Geometry, spheres: Floats, of_facets: Callable[[Floats, Floats, Floats], Floats]
+) -> PerSurface:
+    tri = geometry.triangles
+    polygons = tuple(of_facets(*polygon.facets.corners) for polygon in geometry.polygons)
+    return PerSurface(spheres, of_facets(tri.a, tri.b, tri.c), polygons)
+
+
+def _least_height(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Twice the area over the longest edge, (m,); 0 where degenerate."""
+    longest = _longest_edge(a, b, c)
+    height: Floats = norm(cross(b - a, c - a)) / np.where(longest > 0, longest, 1.0)
+    return height
+
+
+def _longest_edge(a: Floats, b: Floats, c: Floats) -> Floats:
+    longest: Floats = np.maximum(np.maximum(norm(b - a), norm(c - b)), norm(a - c))
+    return longest
