@@ -10,6 +10,10 @@ from pathlib import Path
 
 import minirt
 from minirt.quantities import QUANTITIES
+from minirt.schema import key_names
+from reference.compare import CERTAIN_FLOOR
+
+KINDS = ("sphere", "triangle", "polygon", "mesh")
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
@@ -62,6 +66,29 @@ def test_the_python_example_runs() -> None:
 def test_the_scene_example_loads() -> None:
     scene = minirt.load_scene(json.loads(block("json", '"minirt": 1')))
     assert [thing.type for thing in scene.objects] == ["sphere", "polygon"]
+
+
+def test_every_key_of_a_scene_is_in_its_table() -> None:
+    section = README.partition("## Scenes")[2].partition("## Frames")[0]
+    firsts = re.findall(r"^\| ([^|]+) \|[^|]*\|[^|]*\|$", section, re.MULTILINE)
+    named = {key for cell in firsts for key in re.findall(r"`(\w+)`", cell)}
+    places = [(), ("screen", "slides form"), ("screen", "look_at form"), ("light",)]
+    places += [("materials", "m"), *(("objects", 0, kind) for kind in KINDS)]
+    keys = {key for place in places for key in key_names(place)} - {"type", "material"}
+    assert named - keys == set(KINDS)
+    assert keys - named == set()
+
+
+def test_the_defaults_of_a_scene_are_those_of_its_table() -> None:
+    document = json.loads(block("json", '"minirt": 1'))
+    document["materials"]["red"] = {}
+    scene = minirt.load_scene(document)
+    red = scene.materials["red"]
+    assert (red.ambient, red.diffuse, red.specular) == ((0,) * 3, (0.8,) * 3, (0,) * 3)
+    assert (red.shininess, red.reflectance, red.transmittance) == (1, 0, 0)
+    assert (red.ior, red.alpha) == (None, 1)
+    assert (scene.light_color, scene.background, scene.max_depth) == ((1,) * 3, (0,) * 3, 5)
+    assert (scene.shadow_color, scene.floor, CERTAIN_FLOOR) == (None, None, 0.99)
 
 
 def test_the_table_of_quantities_is_the_codes() -> None:
