@@ -72,9 +72,14 @@ def test_every_key_of_a_scene_is_in_its_table() -> None:
     section = README.partition("## Scenes")[2].partition("## Frames")[0]
     firsts = re.findall(r"^\| ([^|]+) \|[^|]*\|[^|]*\|$", section, re.MULTILINE)
     named = {key for cell in firsts for key in re.findall(r"`(\w+)`", cell)}
-    places = [(), ("screen", "slides form"), ("screen", "look_at form"), ("light",)]
-    places += [("materials", "m"), *(("objects", 0, kind) for kind in KINDS)]
-    keys = {key for place in places for key in key_names(place)} - {"type", "material"}
+    places: list[tuple[int | str, ...]] = [("objects", 0, kind) for kind in KINDS]
+    places += [
+        ("screen", "slides form"),
+        ("screen", "look_at form"),
+        ("light",),
+        ("materials", "m"),
+    ]
+    keys = {key for place in ((), *places) for key in key_names(place)} - {"type", "material"}
     assert named - keys == set(KINDS)
     assert keys - named == set()
 
