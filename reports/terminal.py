@@ -9,7 +9,16 @@ from rich.text import Text
 
 from reference.verify import ReferenceResult, SceneResult
 from reports.coverage import gap_in_words, gaps, not_checked, not_compared
-from reports.findings import Finding, Silence, answer_in_words, answer_state, failing, silent
+from reports.findings import (
+    Finding,
+    Silence,
+    answer_in_words,
+    answer_state,
+    checks_of,
+    failing,
+    least_certain,
+    silent,
+)
 from reports.judgement import convicted, judgement_in_words
 from reports.record import Run
 from reports.words import (
@@ -19,6 +28,7 @@ from reports.words import (
     is_consequence,
     one_line,
     plain,
+    share,
     worst_in_words,
 )
 
@@ -69,14 +79,23 @@ def _table(run: Run) -> Table:
     table.add_column("scene", overflow="fold")
     for name in run.references:
         table.add_column(Text(one_line(name)), overflow="fold")
+    table.add_column("certain", justify="right")
     for result in run.results:
-        table.add_row(Text(one_line(result.scene.name, 60)), *map(_answer, result.references))
+        cells = [_answer(answer) for answer in result.references]
+        table.add_row(Text(one_line(result.scene.name, 60)), *cells, _certain(result))
     return table
 
 
 def _answer(answer: ReferenceResult) -> Text:
     state = answer_state(answer)
-    return Text(f"{ICONS[state]} {answer_in_words(answer)}", _STYLES[state])
+    words = answer_in_words(answer).split(",")[0]  # the share of certain pixels has its column
+    return Text(f"{ICONS[state]} {words}", _STYLES[state])
+
+
+def _certain(result: SceneResult) -> Text:
+    """The least share of certain pixels over all that was compared."""
+    least = least_certain(checks_of([result]))
+    return Text("–" if least is None else share(least.certain, least.pixels), "dim")
 
 
 def _failure(cell: Finding) -> Text:
