@@ -10,7 +10,7 @@ from reference.verify import SceneResult
 from reports.coverage import why_not
 from reports.findings import checks_of, first_wrong_stage, scene_counts, scene_state, worst_check
 from reports.judgement import all_in_words, convicted
-from reports.words import COMPARED, UNANSWERED, count, one_line, share, times
+from reports.words import COMPARED, UNANSWERED, count, listed, one_line, share, times
 
 Outcome = Literal["passed", "failed", "incomplete", "empty"]
 
@@ -122,7 +122,7 @@ def _success(results: Sequence[SceneResult]) -> str:
             for r in results for a in r.references if a.reference == name for check in a.checks
         )
     ]  # fmt: skip
-    text = f"PASS: {count(by_state['passed'], 'scene')} agree with {' and '.join(names)}"
+    text = f"PASS: {count(by_state['passed'], 'scene')} agree with {listed(names)}"
     if by_state["passed"] == 1:
         text = text.replace(" agree ", " agrees ")
     checks = [check for check in checks_of(results) if check.state == "passed"]

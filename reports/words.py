@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
 from minirt.quantities import QUANTITIES
 from reference.compare import Check, State
@@ -73,6 +74,12 @@ def share(part: int, whole: int) -> str:
 def count(n: int, singular: str, plural: str = "") -> str:
     """A number with its noun: 1 scene, 2 scenes."""
     return f"{n} {singular if n == 1 else plural or singular + 's'}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence: a, b and c."""
+    *most, last = names
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def values(quantity: str, components: list[float]) -> str:

@@ -9,6 +9,7 @@ from reference.compare import Check, Worst
 from reports.words import (
     figure,
     icon,
+    listed,
     number,
     one_line,
     plain,
@@ -102,6 +103,10 @@ def worst(ratio: float) -> Worst:
 )  # fmt: skip
 def test_every_way_to_end_has_its_icon_and_words(cell: Check, words: str) -> None:
     assert f"{icon(cell)} {figure(cell)}" == words
+
+
+def test_names_are_listed_as_in_a_sentence() -> None:
+    assert [listed(["a", "b", "c"][:k]) for k in (1, 2, 3)] == ["a", "a and b", "a, b and c"]
 
 
 def test_worst_pixel_names_both_values_and_the_tolerance() -> None:

@@ -64,8 +64,7 @@ REASONS: dict[str, set[str]] = {
     r"Embree has no camera: the rays are minirt's own": {"ray"},
     r"Embree does not shade": {"color"},
     r"Embree has no materials": {"alpha"},
-    r"POV-Ray tells no directions": {"ray"},
-    r"the positions of its hits lie along its rays": {"ray"},
+    r"POV-Ray tells no directions: the positions of its hits lie along its rays": {"ray"},
     r"POV-Ray's triangles have no barycentric coordinates": {"barycentric"},
     r"POV-Ray has no α that changes nothing else": {"alpha"},
     r"the pictures drawn by POV-Ray tell of first hits: rays beyond them show in its colours": (

@@ -27,7 +27,7 @@ _GIVEN = (
 )  # fmt: skip
 _BEYOND = "the pictures drawn by POV-Ray tell of first hits: rays beyond them show in its colours"
 _REASONS = {
-    "ray": "POV-Ray tells no directions; the positions of its hits lie along its rays",
+    "ray": "POV-Ray tells no directions: the positions of its hits lie along its rays",
     "barycentric": "POV-Ray's triangles have no barycentric coordinates",
     "alpha": "POV-Ray has no α that changes nothing else",
 }
