@@ -38,11 +38,13 @@ def spelled(value: Value) -> str:
         return " yes" if value else " no"
     if isinstance(value, int | float):
         return _number(value)
-    return f" {value or 'none'}"
+    return f" {one_line(value or 'none')}"
 
 
 def _print_step(step: Step, console: Console) -> None:
-    console.print(Text.assemble((f"{step.rule:<{_INDENT}}", "bold blue"), (step.title, "bold")))
+    console.print(
+        Text.assemble((f"{step.rule:<{_INDENT}}", "bold blue"), (one_line(step.title), "bold"))
+    )
     console.print(indented(one_line(step.sentence, 1000), _INDENT, console))
     console.print(_values(step.values), no_wrap=True, overflow="ignore", crop=False)
 
