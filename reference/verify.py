@@ -138,7 +138,7 @@ def verify(
     scenes : sequence of Scene
     references : sequence of Reference
     jobs : int
-        Processes of each kind.
+        Processes of each kind; no more are started than there is work for.
     digest : callable, optional
         Called in a child with each `Evidence`; its answer travels in the result.
     timeout : float
@@ -154,8 +154,8 @@ def verify(
     names = tuple(quantities)
     with (
         TemporaryDirectory(prefix="minirt-") as scratch,
-        Workers(jobs) as theirs,
-        Workers(jobs) as ours,
+        Workers(_within(jobs, len(scenes) * len(references))) as theirs,
+        Workers(_within(jobs, len(scenes))) as ours,
     ):
         started = [
             (scene, _start(scene, references, theirs, Path(scratch) / str(k), timeout))
@@ -170,6 +170,10 @@ def verify(
                 yield _result(*judging.popleft(), names)
         while judging:
             yield _result(*judging.popleft(), names)
+
+
+def _within(jobs: int, work: int) -> int:
+    return max(1, min(jobs, work))
 
 
 def judge(

@@ -22,6 +22,7 @@ from fake_references import (
 
 from minirt.quantities import QUANTITIES
 from reference.compare import Check
+from reference.isolate import Workers
 from reference.verify import Evidence, ReferenceResult, SceneResult, verify
 
 
@@ -158,3 +159,18 @@ def test_when_minirt_itself_fails_the_other_scenes_are_still_compared() -> None:
     assert "no more ink" in lost.output
     assert {c.state for c in kept.checks} == {"passed"}
     assert kept.digest == "honest"
+
+
+def test_no_more_processes_are_started_than_there_is_work_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    counts = []
+
+    class Counted(Workers):
+        def __init__(self, count: int) -> None:
+            counts.append(count)
+            super().__init__(count)
+
+    monkeypatch.setattr("reference.verify.Workers", Counted)
+    assert len(list(verify([small_scene("one")], [], jobs=64))) == 1
+    assert counts == [1, 1]
