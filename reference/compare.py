@@ -215,7 +215,8 @@ def _check(
     given = _has_value(quantity, ours[name])
     wrong = ratio > 1
     here = STAGES.index(quantity.stage)
-    ssim, flip = ssim_of(name, ours, theirs), flip_of(name, ours, theirs)
+    ssim = ssim_of(name, ours, theirs, _usual_tolerance(stability.tolerance.get(name), certain))
+    flip = flip_of(name, ours, theirs)
     check = Check(
         quantity=name,
         stage=quantity.stage,
@@ -234,6 +235,13 @@ def _check(
     )
     reason = _fault(check)
     return check if not reason else _failed(check, reason)
+
+
+def _usual_tolerance(tolerance: Floats | None, certain: Bools) -> float:
+    """The median over the certain pixels; 0 where nothing is tolerated or certain."""
+    if tolerance is None or not certain.any():
+        return 0.0
+    return float(np.median(tolerance[certain]))
 
 
 def _fault(check: Check) -> str:

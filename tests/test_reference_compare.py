@@ -169,6 +169,27 @@ def test_the_floor_of_similarity_sinks_with_what_is_uncertain() -> None:
     assert ssim_floor("depth", 0.5) == 0.0
 
 
+def test_a_wall_that_faces_the_observer_is_flat_and_not_noise() -> None:
+    """All its depths are 5 but for the last bits; one that is not flat is seen to differ."""
+    document = small("ball-on-quad").to_dict()
+    document["screen"] |= {"P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1],
+                           "nu": -1.0, "l": -1.0, "r": 1.0, "b": -0.75, "t": 0.75}  # fmt: skip
+    wall = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]]
+    material = document["objects"][0]["material"]
+    document["objects"] = [{"type": "polygon", "material": material, "vertices": wall}]
+    scene = minirt.load_scene(document)
+    ours, stability = measure(scene, as_float32(scene))
+    assert ours["depth"].min() > 4.999
+    noise = np.random.default_rng(1).uniform(-0.5, 0.5, ours.size) * stability.tolerance["depth"]
+    for frame, expected in ((noise, set()), (noise + 0.1 * ours["barycentric"][..., 0], {"depth"})):
+        theirs = Frame({"depth": ours["depth"] + frame})
+        check = check_of(compare(scene, ours, stability, theirs, {}, ["depth"]), "depth")
+        assert check.ssim is not None
+        assert check.ssim_floor is not None
+        assert (check.ssim < check.ssim_floor) is bool(expected)
+        assert ({"depth"} if check.state == "failed" else set()) == expected
+
+
 def test_absent_and_unsupported_quantities_are_said_and_never_passed() -> None:
     scene, ours, stability = measured("one-sphere")
     comparison = compare(
