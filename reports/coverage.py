@@ -144,9 +144,12 @@ def why_not(result: SceneResult) -> str:
 
 
 def gaps(results: Sequence[SceneResult]) -> list[Gap]:
-    """What references did not give of scenes, by reference and reason; the most frequent first."""
+    """What references did not give of scenes, by reference and reason; the most frequent first.
+
+    Scenes on which nothing at all was compared are not counted: `not_compared` names them.
+    """
     found: dict[tuple[str, str], list[tuple[str, str]]] = {}
-    for result in results:
+    for result in (r for r in results if scene_state(r) != "not compared"):
         for answer in result.references:
             for check in answer.checks:
                 if check.state in ("not supported", "not given"):

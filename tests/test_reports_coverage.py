@@ -93,11 +93,14 @@ def test_gaps_are_counted_by_reason_whatever_the_materials_are_called() -> None:
     def fault(name: str) -> tuple[State, str]:
         return "not supported", f"it's not black; the slides' own, not for '{name}', 'b'"
 
-    scenes = [result(small_scene(name), {"color": fault(name)}) for name in ("x", "y")]
+    scenes = [
+        result(small_scene(name), {"hit": "passed", "color": fault(name)}) for name in ("x", "y")
+    ]
     found = gaps(scenes)
     assert [(gap.reason, gap.checks, gap.scenes) for gap in found] == [
         ("it's not black", 2, 2), ("the slides' own, not for …", 2, 2),
     ]  # fmt: skip
     assert gap_in_words(found[0]) == "color on 2 scenes"
-    many = dict.fromkeys(ALL, ("not given", "why"))
+    many = dict.fromkeys(ALL, ("not given", "why")) | {"hit": "passed"}
     assert gap_in_words(gaps([result(LISTS_S5, many)])[0]) == "5 quantities on 1 scene"  # type: ignore[arg-type]
+    assert gaps([result(LISTS_S5, {"hit": ("not supported", "why")})]) == []
