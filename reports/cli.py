@@ -9,6 +9,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Annotated
 
 import typer
@@ -21,6 +22,7 @@ from reports.cli_rules import rules
 from reports.cli_scenes import scenes
 from reports.cli_verify import verify
 from reports.console import people, print_json
+from reports.streams import let_go_of_unwritable, prepare
 
 app = typer.Typer(
     name="minirt",
@@ -66,7 +68,10 @@ def _minirt(
 
 def main() -> None:
     """Run the command that the process was started with, and end it with its exit status."""
-    sys.exit(run(sys.argv[1:]))
+    prepare()
+    status = run(sys.argv[1:])
+    let_go_of_unwritable()
+    sys.exit(status)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -93,7 +98,7 @@ def run(arguments: Sequence[str]) -> int:
         return _misused(error, arguments, as_json)
     except (KeyboardInterrupt, typer.Abort):
         return 130
-    except Exception as error:  # nobody is left to be told otherwise
+    except Exception as error:
         return _failed(error, as_json)
 
 
@@ -117,17 +122,25 @@ def _failed(error: Exception, as_json: bool) -> int:
     if isinstance(error, MinirtError):
         parts = {name: getattr(error, name) for name in ("what", "where", "got", "expected")}
         return _say(plain(str(error)), parts, "", error.exit_status, as_json)
+    if isinstance(error, OSError):
+        text = f"the system refuses: {error}"
+        return _say(plain(text), {"what": text}, "", 2, as_json)
     text = f"a mistake in minirt itself: {type(error).__name__}: {error}"
     hint = "MINIRT_DEBUG=1 shows where; please report it"
     return _say(plain(text), {"what": text}, hint, 3, as_json)
 
 
 def _say(text: str, parts: dict[str, str], hint: str, status: int, as_json: bool) -> int:
+    with suppress(OSError):  # nobody is left to be told
+        _tell(text, hint)
+        if as_json:
+            print_json({"error": parts, "exit_status": status})
+    return status
+
+
+def _tell(text: str, hint: str) -> None:
     console = people()
     console.print("error:", style="bold red", end=" ")
     console.print(text, soft_wrap=True)
     if hint:
         console.print(hint, style="dim", soft_wrap=True)
-    if as_json:
-        print_json({"error": parts, "exit_status": status})
-    return status

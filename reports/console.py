@@ -11,10 +11,12 @@ import os
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
+
+from reports.streams import let_go
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -102,7 +104,7 @@ def _console(stream: TextIO) -> Console:
 
     class Quiet(Console):
         def on_broken_pipe(self) -> None:
-            _let_go(stream)
+            let_go(stream)
 
     return Quiet(
         file=stream,
@@ -120,12 +122,4 @@ def _reader(stream: TextIO) -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
-        _let_go(stream)
-
-
-def _let_go(stream: TextIO) -> None:
-    """What is still to be written to the stream goes nowhere."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    with suppress(OSError):
-        os.dup2(nowhere, stream.fileno())
-    os.close(nowhere)
+        let_go(stream)
