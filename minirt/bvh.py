@@ -15,6 +15,8 @@ import numpy as np
 from minirt.vectors import Bools, Floats, Index, dot, norm
 
 _WIDTH = 8
+#: Rays whose spans in a node's boxes fit into a processor's cache.
+_NEARBY = 4_096
 #: Boxes grow by this share of the largest coordinate in play: some 4,000 times the rounding of it.
 _PAD = 2.0**-40
 #: Stands in for the reciprocal of a component that is zero; times any legal length it is finite.
@@ -108,7 +110,7 @@ def visit(
     t0, limit : (n,) float64
         Smallest and largest t of interest for each ray; the caller may lower it between two steps.
     """
-    pad = _padding(P0, tree.reach)
+    pad = padding(P0, tree.reach)
     stack: list[tuple[Node | Leaf, Index, Floats | None]] = [
         (tree.root, np.arange(P0.shape[1]), None)
     ]
@@ -122,47 +124,55 @@ def visit(
             yield rays, node
             continue
         near, far = _box_span(P0[:, rays], inverse[:, rays], node.lower - pad, node.upper + pad)
-        meets = (
-            (near <= _beyond(far))
-            & (_beyond(far) >= t0[rays, None])
-            & (near <= _beyond(limit[rays])[:, None])
-        )
-        distance = np.where(meets, near, np.inf).min(axis=0)
+        beyond = _beyond(far)
+        meets = (near <= beyond) & (beyond >= t0[rays]) & (near <= _beyond(limit[rays]))
+        distance = np.where(meets, near, np.inf).min(axis=1)
         for child in np.argsort(-distance, kind="stable"):
-            chosen = np.flatnonzero(meets[:, child])
+            chosen = np.flatnonzero(meets[child])
             if len(chosen):
-                stack.append((node.children[child], rays[chosen], near[chosen, child]))
+                stack.append((node.children[child], rays[chosen], near[child, chosen]))
 
 
-def may_cross(
-    P0: Floats, d: Floats, offset: Floats, N: Floats, lower: Floats, upper: Floats
-) -> Bools:
-    """Whether n rays may meet flat things where these lie: in their plane and within their box.
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Flat primitives as culling sees them: parts of planes X·N = offset, within boxes.
 
-    The planes X·N = offset are met with matrix products, which round as they like: the point met
-    is then known to 2⁻⁴¹ of the distances in play, less than what the boxes are padded by, unless
-    the plane is met at a small angle; there the answer is yes.
-
-    Parameters
+    Attributes
     ----------
-    P0, d : (3, n) float64
-    offset : (c,) float64
-    N, lower, upper : (3, c) float64
+    offset : (m,) float64
+    N, lower, upper : (3, m) float64
         Normals of any length, and the corners of the boxes.
+    """
+
+    offset: Floats
+    N: Floats
+    lower: Floats
+    upper: Floats
+
+    def take(self, index: Index) -> Patches:
+        """Some of them."""
+        return Patches(*(np.take(value, index, axis=-1) for value in vars(self).values()))
+
+
+def may_cross(P0: Floats, d: Floats, patches: Patches, pad: float) -> Bools:
+    """Whether n lines P0 + t·d (3, n) may meet c patches inside their boxes, grown by a pad.
+
+    The crossings come from matrix products, which round as they like: some 2⁻⁴⁴ of the largest
+    coordinate in play at the angles where culling is done, less than what the boxes are padded by,
+    unless the plane is met at a small angle; there the answer is yes.
 
     Returns
     -------
-    (n, c) bool
+    (c, n) bool
     """
-    reach = float(max(np.abs(lower).max(), np.abs(upper).max()))
-    pad = _padding(P0, reach)
-    slope = d.T @ N
-    steep = np.abs(slope) > _GRAZING * np.outer(norm(d), norm(N))
-    t = (offset - P0.T @ N) / np.where(steep, slope, 1.0)
+    low, high = (patches.lower - pad)[:, :, None], (patches.upper + pad)[:, :, None]
+    slope = patches.N.T @ d
+    steep = np.abs(slope) > _GRAZING * np.outer(norm(patches.N), norm(d))
+    t = (patches.offset[:, None] - patches.N.T @ P0) / np.where(steep, slope, 1.0)
     within = np.ones(t.shape, dtype=np.bool_)
     for k in range(3):
-        X = P0[k][:, None] + t * d[k][:, None]
-        within &= (lower[k] - pad <= X) & (upper[k] + pad >= X)
+        X = P0[k] + t * d[k]
+        within &= (low[k] <= X) & (high[k] >= X)
     return within | ~steep
 
 
@@ -174,25 +184,28 @@ def may_touch(P0: Floats, d: Floats, C: Floats, R: Floats) -> Bools:
 
     Returns
     -------
-    (n, c) bool
+    (c, n) bool
     """
-    dd, PP, CC = dot(d, d)[:, None], dot(P0, P0)[:, None], dot(C, C)
-    b = d.T @ C - dot(d, P0)[:, None]
-    LL = PP + CC - 2.0 * (P0.T @ C)
-    RR = R * R
+    dd, PP, CC = dot(d, d), dot(P0, P0), dot(C, C)[:, None]
+    b = C.T @ d - dot(d, P0)
+    LL = PP + CC - 2.0 * (C.T @ P0)
+    RR = (R * R)[:, None]
     touched: Bools = b * b >= dd * (LL - RR - _PAD * (PP + CC + RR))
     return touched
 
 
 def _box_span(P0: Floats, inverse: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
-    """Where n lines enter and leave c boxes, (n, c): entry above exit where they miss."""
-    spans = []
-    for k in range(3):
-        a = (lower[k] - P0[k][:, None]) * inverse[k][:, None]
-        b = (upper[k] - P0[k][:, None]) * inverse[k][:, None]
-        spans.append((np.minimum(a, b), np.maximum(a, b)))
-    (x0, x1), (y0, y1), (z0, z1) = spans
-    return np.maximum(np.maximum(x0, y0), z0), np.minimum(np.minimum(x1, y1), z1)
+    """Where n lines enter and leave c boxes, (c, n): entry above exit where they miss."""
+    shape = lower.shape[1], P0.shape[1]
+    near, far = np.full(shape, -np.inf), np.full(shape, np.inf)
+    for start in range(0, shape[1], _NEARBY):
+        rays = slice(start, start + _NEARBY)
+        for k in range(3):
+            a = (lower[k, :, None] - P0[k, rays]) * inverse[k, rays]
+            b = (upper[k, :, None] - P0[k, rays]) * inverse[k, rays]
+            np.maximum(near[:, rays], np.minimum(a, b), out=near[:, rays])
+            np.minimum(far[:, rays], np.maximum(a, b), out=far[:, rays])
+    return near, far
 
 
 def reciprocal(d: Floats) -> Floats:
@@ -200,7 +213,8 @@ def reciprocal(d: Floats) -> Floats:
     return 1.0 / np.where(np.abs(d) < _FLAT, np.copysign(_FLAT, d), d)
 
 
-def _padding(P0: Floats, reach: float) -> float:
+def padding(P0: Floats, reach: float) -> float:
+    """What boxes of that reach grow by for rays from P0 (3, n)."""
     return _PAD * max(reach, float(np.abs(P0).max(initial=0.0)))
 
 

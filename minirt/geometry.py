@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from minirt.bvh import Tree, build
+from minirt.bvh import Patches, Tree, build
 from minirt.scene import Facets, Scene, Sphere
 from minirt.vectors import Floats, Ints, dot
 
@@ -49,37 +49,35 @@ class Triangles:
     @cached_property
     def tree(self) -> Tree:
         """Boxes around the triangles."""
-        return build(self.lower, self.upper)
+        return build(self.patches.lower, self.patches.upper)
 
     @cached_property
-    def lower(self) -> Floats:
-        """Lower corners of the triangles' boxes, (3, m)."""
-        return np.minimum(np.minimum(self.a, self.b), self.c)
-
-    @cached_property
-    def upper(self) -> Floats:
-        """Upper corners of the triangles' boxes, (3, m)."""
-        return np.maximum(np.maximum(self.a, self.b), self.c)
-
-    @cached_property
-    def offset(self) -> Floats:
-        """X·N of the triangles' planes, (m,); for culling."""
-        return dot(self.a, self.N)
+    def patches(self) -> Patches:
+        """Their planes and boxes."""
+        lower = np.minimum(np.minimum(self.a, self.b), self.c)
+        upper = np.maximum(np.maximum(self.a, self.b), self.c)
+        return Patches(dot(self.a, self.N), self.N, lower, upper)
 
 
 @dataclass(frozen=True, eq=False)
 class Polygon:
-    """One polygon: its number among the objects, its facets, its box's corners (3, 1)."""
+    """One polygon: its number among the objects, and its facets."""
 
     object: int
     facets: Facets
-    lower: Floats
-    upper: Floats
 
-    @cached_property
-    def offset(self) -> Floats:
-        """X·p of its plane, (1,); for culling."""
-        return dot(self.facets.corners[0][:, :1], self.facets.plane)
+    @property
+    def patch(self) -> Patches:
+        """Its plane, and a box that holds wherever that can be met.
+
+        A polygon may be off its plane by 1e-9 of its size. At the angles at which culling trusts
+        a crossing (sine above 2⁻⁸) that moves the crossing by 256 times as much at most.
+        """
+        low, high = self.facets.vertices.min(axis=0), self.facets.vertices.max(axis=0)
+        slack = 1e-6 * (high - low).max()
+        p = self.facets.plane
+        offset = dot(self.facets.corners[0][:, :1], p)
+        return Patches(offset, p, (low - slack).reshape(3, 1), (high + slack).reshape(3, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +97,13 @@ class Geometry:
     @cached_property
     def polygon_tree(self) -> Tree:
         """Boxes around the polygons."""
-        lower = np.concatenate([p.lower for p in self.polygons], axis=1)
-        return build(lower, np.concatenate([p.upper for p in self.polygons], axis=1), leaf=2)
+        return build(self.polygon_patches.lower, self.polygon_patches.upper, leaf=2)
+
+    @cached_property
+    def polygon_patches(self) -> Patches:
+        """The polygons' planes and boxes."""
+        each = zip(*(vars(polygon.patch).values() for polygon in self.polygons), strict=True)
+        return Patches(*(np.concatenate(parts, axis=-1) for parts in each))
 
     @classmethod
     def of(cls, scene: Scene) -> Geometry:
@@ -116,24 +119,13 @@ class Geometry:
                 spheres.append((index, thing))
             elif thing.type == "polygon":
                 place.append((Kind.POLYGON, len(polygons)))
-                polygons.append(Polygon(index, thing, *_polygon_box(thing)))
+                polygons.append(Polygon(index, thing))
             else:
                 place.append((Kind.TRIANGLES, faces))
                 flat.append((index, thing))
                 faces += len(thing.faces)
         kind, first = np.array(place, dtype=np.int32).reshape(-1, 2).T
         return cls(_spheres(spheres), _triangles(flat), tuple(polygons), kind, first)
-
-
-def _polygon_box(facets: Facets) -> tuple[Floats, Floats]:
-    """Corners (3, 1) of a box that holds wherever the polygon's own plane can be met.
-
-    A polygon may be off its plane by 1e-9 of its size. At the angles at which culling trusts a
-    crossing (sine above 2⁻⁸) that moves the crossing by 256 times as much at most.
-    """
-    low, high = facets.vertices.min(axis=0), facets.vertices.max(axis=0)
-    slack = 1e-6 * (high - low).max()
-    return (low - slack).reshape(3, 1), (high + slack).reshape(3, 1)
 
 
 def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:

@@ -17,7 +17,7 @@ from minirt.version import __version__
 from minirt.whitted import Branch, Onward, Points, Whitted, refractive
 
 #: Pixels traced together: bounds the working memory whatever the image's size.
-TILE = 16_384
+TILE = 65_536
 
 #: What a tile hands over beside the public quantities: see `Whitted.color`.
 SIGNATURE = "signature"

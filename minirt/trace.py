@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from minirt.bvh import Tree, may_cross, may_touch, reciprocal, visit
+from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, reciprocal, visit
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Bools, Floats, Index, Ints
 
-#: Ray–primitive pairs in one pass: the kernels' temporaries then stay in a few megabytes.
+#: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
 _PAIRS = 65_536
+#: Pairs for which a kernel is called: enough to make a call's own cost small.
+_BATCH = 4_096
 #: A limit below every t: of a ray whose question is answered.
 _ANSWERED = -1e300
+#: Rules that decide what a ray meets.
+_ASKED_OF_EVERY_PAIR = frozenset(
+    {"closer", "in_interval", "sphere", "smallest_root", "triangle", "plane", "polygon"}
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +92,10 @@ def occluded(
     return _Query(geometry, rules, P0, d, t0, t1, any_hit=True).run().object >= 0
 
 
-#: Tests rays against primitives, all pairs: the best hit of each of the rays.
-_Test: TypeAlias = Callable[[Index, Index], Hits]
+#: Finds the pairs that the kernel is to decide: their places among primitives and among rays.
+_Cull: TypeAlias = Callable[[Index, Index], tuple[Index, ...]]
+#: Decides pairs of a ray and a primitive: a hit a pair.
+_Kernel: TypeAlias = Callable[[Index, Index], Hits]
 
 
 class _Query:
@@ -107,149 +115,134 @@ class _Query:
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
         self.limit = self.t1.copy()
+        #: Boxes hold the lecture's shapes only: a replaced rule is asked about every pair.
+        self.culls = _ASKED_OF_EVERY_PAIR.isdisjoint(rules.changed())
 
     def run(self) -> Hits:
-        if self.geometry.polygons:
-            self._walk(self.geometry.polygon_tree, self._polygons)
-        if len(self.geometry.spheres.radius):
-            self._walk(self.geometry.spheres.tree, self._spheres)
-        if len(self.geometry.triangles.object):
-            self._walk(self.geometry.triangles.tree, self._triangles)
+        geometry = self.geometry
+        if geometry.polygons:
+            tree, patches = geometry.polygon_tree, geometry.polygon_patches
+            self._walk(tree, self._near(patches, tree.reach), self._polygons)
+        if len(geometry.spheres.radius):
+            self._walk(geometry.spheres.tree, self._near_spheres, self._spheres)
+        if len(geometry.triangles.object):
+            tree, patches = geometry.triangles.tree, geometry.triangles.patches
+            self._walk(tree, self._near(patches, tree.reach), self._triangles)
         return self.best
 
-    def _culls(self) -> bool:
-        """Boxes hold the lecture's shapes only: a replaced rule is asked about every pair."""
-        return not {
-            "closer", "in_interval", "sphere", "smallest_root", "triangle", "plane", "polygon",
-        }.intersection(self.rules.changed())  # fmt: skip
+    def _walk(self, tree: Tree, cull: _Cull, kernel: _Kernel) -> None:
+        batches = self._culled(tree, cull) if self.culls else self._every_pair(len(tree.order))
+        for rays, which in batches:
+            self._keep(rays, kernel(rays, which))
 
-    def _walk(self, tree: Tree, test: _Test) -> None:
-        if self._culls():
-            for rays, leaf in visit(tree, self.P0, self.inverse, self.t0, self.limit):
-                self._pairs(rays, tree.order[leaf.start : leaf.stop], test)
-        else:
-            count, every = len(tree.order), np.arange(self.P0.shape[1])
-            one = "closer" in self.rules.changed()
-            size = 1 if one else max(1, _PAIRS // max(1, len(every)))
-            for start in range(0, count, size):
-                self._pairs(every, np.arange(start, min(count, start + size)), test)
+    def _near(self, patches: Patches, reach: float) -> _Cull:
+        pad = padding(self.P0, reach)
+        return lambda rays, which: np.nonzero(
+            may_cross(self.P0[:, rays], self.d[:, rays], patches.take(which), pad)
+        )
 
-    def _pairs(self, rays: Index, primitives: Index, test: _Test) -> None:
-        size = max(1, _PAIRS // max(1, len(primitives)))
-        for start in range(0, len(rays), size):
-            chunk = rays[start : start + size]
-            self._keep(chunk, test(chunk, primitives))
+    def _culled(self, tree: Tree, cull: _Cull) -> Iterator[tuple[Index, Index]]:
+        """The pairs of a ray and a primitive that may meet, near ones first.
+
+        They gather until a batch of them is worth a kernel's call; what is kept of one batch
+        shortens the walk to the next.
+        """
+        waiting: list[tuple[Index, Index]] = []
+        size = 0
+        for rays, leaf in visit(tree, self.P0, self.inverse, self.t0, self.limit):
+            primitives = tree.order[leaf.start : leaf.stop]
+            step = max(1, _PAIRS // len(primitives))
+            for start in range(0, len(rays), step):
+                some = rays[start : start + step]
+                of, at = cull(some, primitives)
+                waiting.append((some[at], primitives[of]))
+                size += len(at)
+                if size >= _BATCH:
+                    yield _joined(waiting)
+                    waiting, size = [], 0
+        if size:
+            yield _joined(waiting)
+
+    def _every_pair(self, primitives: int) -> Iterator[tuple[Index, Index]]:
+        """Every ray with every primitive; one primitive a batch where `closer` is to choose."""
+        every = np.arange(self.P0.shape[1])
+        size = 1 if "closer" in self.rules.changed() else max(1, _PAIRS // max(1, len(every)))
+        for start in range(0, primitives, size):
+            some = np.arange(start, min(primitives, start + size))
+            yield np.repeat(every, len(some)), np.tile(some, len(every))
+
+    def _near_spheres(self, rays: Index, which: Index) -> tuple[Index, ...]:
+        spheres = self.geometry.spheres
+        C, R = spheres.center[:, which], spheres.radius[which]
+        return np.nonzero(may_touch(self.P0[:, rays], self.d[:, rays], C, R))
 
     def _spheres(self, rays: Index, which: Index) -> Hits:
-        spheres, shape = self.geometry.spheres, (len(rays), len(which))
-        t = np.full(shape, np.inf)
-        pair = self._sphere_pairs(rays, which)
-        some, of = rays[pair[0]], which[pair[1]]
-        t0, t1, accept = self.t0[some], self.t1[some], self.rules.in_interval
+        spheres, accept = self.geometry.spheres, self.rules.in_interval
+        t0, t1 = self.t0[rays], self.t1[rays]
         near, far = self.rules.sphere(
-            self.P0[:, some], self.d[:, some], spheres.center[:, of], spheres.radius[of]
+            self.P0[:, rays], self.d[:, rays], spheres.center[:, which], spheres.radius[which]
         )
-        t[pair] = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
-        t = self._but(t, rays, spheres.object[which], np.int32(0))
-        first = t.argmin(axis=1)
-        found = spheres.object[which[first]]
+        t = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
         nan = np.full(len(rays), np.nan)
-        return Hits(t[np.arange(len(rays)), first], found, np.zeros_like(found), nan, nan)
-
-    def _sphere_pairs(self, rays: Index, which: Index) -> tuple[Index, ...]:
-        """Places in rays and in which of the pairs that the kernel is to decide."""
-        spheres = self.geometry.spheres
-        if not self._culls():
-            return _every_pair(rays, which)
-        return np.nonzero(
-            may_touch(
-                self.P0[:, rays], self.d[:, rays],
-                spheres.center[:, which], spheres.radius[which],
-            )
-        )  # fmt: skip
+        return Hits(t, spheres.object[which], np.zeros(len(rays), dtype=np.int32), nan, nan)
 
     def _triangles(self, rays: Index, which: Index) -> Hits:
         tri = self.geometry.triangles
-        shape = (len(rays), len(which))
-        t, beta, gamma = np.full(shape, np.inf), np.full(shape, np.nan), np.full(shape, np.nan)
-        pair = self._triangle_pairs(rays, which)
-        some, of = rays[pair[0]], which[pair[1]]
         met = self.rules.triangle(
-            self.P0[:, some], self.d[:, some],
-            tri.a[:, of], tri.b[:, of], tri.c[:, of], tri.N[:, of],
+            self.P0[:, rays], self.d[:, rays],
+            tri.a[:, which], tri.b[:, which], tri.c[:, which], tri.N[:, which],
         )  # fmt: skip
-        counts = self.rules.in_interval(met.t, self.t0[some], self.t1[some])
-        t[pair] = np.where(counts & (met.case == Meeting.INSIDE), met.t, np.inf)
-        beta[pair], gamma[pair] = met.beta, met.gamma
-        t = self._but(t, rays, tri.object[which], tri.face[which])
-        first = t.argmin(axis=1)
-        cell = (np.arange(len(rays)), first)
-        found = which[first]
-        return Hits(t[cell], tri.object[found], tri.face[found], beta[cell], gamma[cell])
-
-    def _triangle_pairs(self, rays: Index, which: Index) -> tuple[Index, ...]:
-        """Places in rays and in which of the pairs that the kernel is to decide."""
-        if not self._culls():
-            return _every_pair(rays, which)
-        tri = self.geometry.triangles
-        return np.nonzero(
-            may_cross(
-                self.P0[:, rays], self.d[:, rays], tri.offset[which],
-                tri.N[:, which], tri.lower[:, which], tri.upper[:, which],
-            )
-        )  # fmt: skip
+        counts = self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])
+        t = np.where(counts & (met.case == Meeting.INSIDE), met.t, np.inf)
+        return Hits(t, tri.object[which], tri.face[which], met.beta, met.gamma)
 
     def _polygons(self, rays: Index, which: Index) -> Hits:
-        for number in which[:-1]:
-            self._keep(rays, self._polygon(rays, self.geometry.polygons[number]))
-        return self._polygon(rays, self.geometry.polygons[which[-1]])
+        found = Hits.none(rays.shape)
+        for number in np.unique(which):
+            some = np.flatnonzero(which == number)
+            found.put(some, self._polygon(rays[some], self.geometry.polygons[number]))
+        return found
 
     def _polygon(self, rays: Index, polygon: Polygon) -> Hits:
-        found = Hits.none(rays.shape)
-        some = self._near_polygon(rays, polygon) if self._culls() else np.arange(len(rays))
-        if not len(some):
-            return found
-        rays, facets = rays[some], polygon.facets
+        facets = polygon.facets
         met = self.rules.polygon(
             self.P0[:, rays], self.d[:, rays], facets.corners, facets.edge_normals,
             facets.plane, self.rules.plane, self.rules.triangle,
         )  # fmt: skip
         counts = (met.triangle >= 0) & self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])
         object_ = np.full(len(rays), polygon.object, dtype=np.int32)
-        t = np.where(counts, met.t, np.inf)
-        t = self._but(t[:, None], rays, object_[:1], met.triangle[:, None])[:, 0]
-        found.put(some, Hits(t, object_, met.triangle, met.beta, met.gamma))
-        return found
-
-    def _near_polygon(self, rays: Index, polygon: Polygon) -> Index:
-        """Which of the rays the kernel is to decide."""
-        p = polygon.facets.plane
-        cross = may_cross(
-            self.P0[:, rays], self.d[:, rays], polygon.offset, p, polygon.lower, polygon.upper
-        )
-        return np.flatnonzero(cross[:, 0])
-
-    def _but(self, t: Floats, rays: Index, object_: Ints, face: Ints | np.int32) -> Floats:
-        """t (rays, primitives) without the faces that each ray is to pass over."""
-        if self.later_than is not None:
-            known = self.later_than.take(rays)
-            o, f = known.object[:, None], known.triangle[:, None]
-            t = np.where((object_ > o) | ((object_ == o) & (face > f)), t, np.inf)
-        if self.earlier_than is not None:
-            known = self.earlier_than.take(rays)
-            o, f = known.object[:, None], known.triangle[:, None]
-            t = np.where((object_ < o) | ((object_ == o) & (face < f)), t, np.inf)
-        return t
+        return Hits(np.where(counts, met.t, np.inf), object_, met.triangle, met.beta, met.gamma)
 
     def _keep(self, rays: Index, found: Hits) -> None:
+        """Take over, of hits of rays, the best of each ray that is better than what it has."""
+        some = np.flatnonzero(np.isfinite(found.t) & self._wanted(rays, found))
+        rays, found = rays[some], found.take(some)
+        order = np.lexsort((found.triangle, found.object, found.t, rays))
+        first = order[np.append(True, np.diff(rays[order]) > 0)[: len(order)]]
+        rays, found = rays[first], found.take(first)
         best = self.best.take(rays)
-        better = np.isfinite(found.t) & self.rules.closer(
-            found.t, found.object, found.triangle, best.t, best.object, best.triangle
+        better = np.flatnonzero(
+            self.rules.closer(
+                found.t, found.object, found.triangle, best.t, best.object, best.triangle
+            )
         )
-        chosen = rays[better]
-        self.best.put(chosen, found.take(np.flatnonzero(better)))
-        self.limit[chosen] = _ANSWERED if self.any_hit else found.t[better]
+        chosen, found = rays[better], found.take(better)
+        self.best.put(chosen, found)
+        self.limit[chosen] = _ANSWERED if self.any_hit else found.t
+
+    def _wanted(self, rays: Index, found: Hits) -> Bools:
+        """Whether a hit's face is none of those that its ray is to pass over."""
+        wanted = np.ones(len(rays), dtype=np.bool_)
+        o, f = found.object, found.triangle
+        if self.later_than is not None:
+            known = self.later_than.take(rays)
+            wanted &= (o > known.object) | ((o == known.object) & (f > known.triangle))
+        if self.earlier_than is not None:
+            known = self.earlier_than.take(rays)
+            wanted &= (o < known.object) | ((o == known.object) & (f < known.triangle))
+        return wanted
 
 
-def _every_pair(rays: Index, which: Index) -> tuple[Index, ...]:
-    return np.nonzero(np.ones((len(rays), len(which)), dtype=np.bool_))
+def _joined(batch: list[tuple[Index, Index]]) -> tuple[Index, Index]:
+    rays, which = zip(*batch, strict=True)
+    return np.concatenate(rays), np.concatenate(which)
