@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from minirt.vectors import Bools, Floats
 from reference.compare import Comparison
+
+#: Makes something small for a report of a map (ny, nx) int64 of how many sources judged each pixel
+#: and agree with minirt, and of the mask (ny, nx) where any differs; runs where the maps are.
+Draw = Callable[[NDArray[np.int64], Bools], Any]
 
 
 @dataclass(frozen=True)
@@ -27,6 +33,8 @@ class Quorum:
     alone : dict of str to int
         Of those: pixels at which every other source that judged agrees with minirt, of which
         there is at least one.
+    drawn : object
+        What the caller's `Draw` made of the maps; None where there is none, or no source.
     """
 
     quantity: str
@@ -34,9 +42,12 @@ class Quorum:
     confirmed: tuple[int, ...]
     dissent: dict[str, int]
     alone: dict[str, int]
+    drawn: Any = None
 
 
-def quorum_of(comparisons: Mapping[str, Comparison], names: Iterable[str]) -> tuple[Quorum, ...]:
+def quorum_of(
+    comparisons: Mapping[str, Comparison], names: Iterable[str], draw: Draw | None = None
+) -> tuple[Quorum, ...]:
     """Count, for each quantity, how many sources confirm each pixel, and who dissents.
 
     A source judges a pixel where the exact answer is stable under its own declared error; it
@@ -48,14 +59,18 @@ def quorum_of(comparisons: Mapping[str, Comparison], names: Iterable[str]) -> tu
         By reference, of one scene.
     names : iterable of str
         Quantities.
+    draw : callable, optional
+        Called with the maps of each quantity that a source gave.
     """
     return tuple(
-        _quorum(name, {who: c.ratio[name] for who, c in comparisons.items() if name in c.ratio})
+        _quorum(
+            name, {who: c.ratio[name] for who, c in comparisons.items() if name in c.ratio}, draw
+        )
         for name in names
     )
 
 
-def _quorum(name: str, ratios: Mapping[str, Floats]) -> Quorum:
+def _quorum(name: str, ratios: Mapping[str, Floats], draw: Draw | None) -> Quorum:
     if not ratios:
         return Quorum(name, (), (), {}, {})
     stack = np.stack(list(ratios.values()))
@@ -67,6 +82,7 @@ def _quorum(name: str, ratios: Mapping[str, Floats]) -> Quorum:
         confirmed=tuple(np.bincount(agree.ravel(), minlength=len(ratios) + 1).tolist()),
         dissent=_counted(ratios, differ),
         alone=_counted(ratios, differ & single),
+        drawn=draw(agree, np.asarray(differ.any(axis=0))) if draw else None,
     )
 
 

@@ -18,7 +18,7 @@ from minirt.scene import Scene
 from reference.compare import Check, Comparison, State, compare, without_answer
 from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
 from reference.isolate import Job, Workers
-from reference.quorum import Quorum, quorum_of
+from reference.quorum import Draw, Quorum, quorum_of
 from reference.source import Declared, Reference, Unsupported
 from reference.stability import Stability, exact_answer, stability_of
 
@@ -127,6 +127,7 @@ def verify(
     digest: Digest | None = None,
     timeout: float = TIMEOUT,
     quantities: Iterable[str] = tuple(QUANTITIES),
+    draw: Draw | None = None,
 ) -> Iterator[SceneResult]:
     """Compare minirt with references on scenes; yield each scene's result when it is known.
 
@@ -145,6 +146,8 @@ def verify(
         Seconds a reference may take for one scene.
     quantities : iterable of str
         What to compare.
+    draw : callable, optional
+        Called in a child with the maps of who agrees; its answer travels in the quorum.
 
     Yields
     ------
@@ -165,7 +168,9 @@ def verify(
         for scene, renderings in started:
             ended = [_ended(reference, job, scene, names) for reference, job in renderings]
             answers = tuple(e for e in ended if isinstance(e, _Answered))
-            judging.append((scene, ended, ours.submit(None, judge, scene, answers, names, digest)))
+            judging.append(
+                (scene, ended, ours.submit(None, judge, scene, answers, names, digest, draw))
+            )
             while judging and judging[0][2].future.done():
                 yield _result(*judging.popleft(), names)
         while judging:
@@ -177,7 +182,11 @@ def _within(jobs: int, work: int) -> int:
 
 
 def judge(
-    scene: Scene, answers: Sequence[_Answered], names: tuple[str, ...], digest: Digest | None
+    scene: Scene,
+    answers: Sequence[_Answered],
+    names: tuple[str, ...],
+    digest: Digest | None,
+    draw: Draw | None = None,
 ) -> _Verdict:
     """Compare the references' frames of one scene with minirt's. Runs in a child process.
 
@@ -206,7 +215,7 @@ def judge(
     judgement = _judgement(scene, ours, comparisons, names)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds = time.perf_counter() - start
-    return _Verdict(checks, quorum_of(comparisons, names), judgement, seconds, peak)
+    return _Verdict(checks, quorum_of(comparisons, names, draw), judgement, seconds, peak)
 
 
 def _judgement(

@@ -46,6 +46,9 @@ BANDS = palette(
 HATCH = palette("8d9096", "b9bcc2")
 RING = palette("ff6a13")
 
+#: How many sources confirm a pixel, 0…5 and more: in steps of 12 of CIE lightness.
+SOURCES = palette("3a2418", "5b4a33", "6f7350", "7aa07a", "9fcdb0", "e2f3e6")
+
 #: Ten colours of equal perceived distance; matplotlib's viridis, which is in the public domain.
 _VIRIDIS = palette(
     "440154",

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from minirt.quantities import QUANTITIES
+from minirt.vectors import Bools
 from reference.compare import Check
 from reference.verify import Evidence
-from reports.pictures import Span, ratio_png, shrunk, span_of, value_png
+from reports.pictures import Span, agreement_png, ratio_png, shrunk, span_of, value_png
 
 #: Largest sides, in pixels, of a passing quantity's pictures, and of a failing one's.
 THUMBNAIL = (128, 96)
@@ -46,6 +48,23 @@ class Pictures:
     low: float | None
     high: float | None
     clipped: bool
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How many references confirm each pixel of a quantity, as a PNG file of some size."""
+
+    png: bytes
+    width: int
+    height: int
+
+
+def agreement_of(agree: NDArray[np.int64], differ: Bools) -> Agreement:
+    """A thumbnail of who agrees where. A `Draw`."""
+    ny, nx = agree.shape
+    factor = shrink_factor(nx, ny, THUMBNAIL)
+    png = agreement_png(agree, differ, factor)
+    return Agreement(png, -(-nx // factor), -(-ny // factor))
 
 
 def pictures_of(evidence: Evidence) -> dict[str, Pictures]:

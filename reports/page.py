@@ -13,10 +13,22 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from minirt.quantities import QUANTITIES
 from reference.compare import CERTAIN_FLOOR, Check
 from reference.exact import Judgement
+from reference.quorum import Quorum
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.stability import KAPPA
 from reference.verify import ReferenceResult, SceneResult
-from reports.colors import BANDS, BOUNDS, CATEGORIES, HATCH, MASKS, NOTHING, RING, css, viridis
+from reports.colors import (
+    BANDS,
+    BOUNDS,
+    CATEGORIES,
+    HATCH,
+    MASKS,
+    NOTHING,
+    RING,
+    SOURCES,
+    css,
+    viridis,
+)
 from reports.coverage import (
     RuleCoverage,
     RuleState,
@@ -26,7 +38,7 @@ from reports.coverage import (
     not_compared,
     rule_coverage,
 )
-from reports.digest import Pictures, deserves_full, has_scale
+from reports.digest import Agreement, Pictures, deserves_full, has_scale
 from reports.findings import (
     SceneState,
     answer_state,
@@ -103,6 +115,7 @@ def report_html(run: Run) -> str:
         bands=_bands(),
         hatch=[css(color) for color in HATCH],
         ring=css(RING[0]),
+        sources=[css(color) for color in SOURCES],
         viridis=[css(color) for color in viridis(16)],
         kappa=f"{KAPPA:g}",
         floor=f"{CERTAIN_FLOOR:.0%}",
@@ -171,7 +184,7 @@ def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str,
         "quantities": _quantities(result, section, pool),
         "silent": _not_compared(result),
         "judgement": result.judgement and _judgement(result.judgement),
-        "quorum": [q for q in result.quorum if q.sources],
+        "quorum": [(q, _agreement(q, pool)) for q in result.quorum if q.sources],
         "sources": max((len(q.sources) for q in result.quorum), default=0),
         "seconds": result.seconds,
         "memory": result.peak_memory / 2**20,
@@ -184,6 +197,14 @@ def _portrait(run: Run, number_: int, pool: Pool) -> tuple[str, int, str] | None
     if portrait is None:
         return None
     return pool.name(portrait.png), portrait.width, f"{portrait.width} / {portrait.height}"
+
+
+def _agreement(quorum: Quorum, pool: Pool) -> tuple[str, int, str] | None:
+    """Class, width and proportions of the map of who agrees; None where it was not drawn."""
+    drawn = quorum.drawn
+    if not isinstance(drawn, Agreement):
+        return None
+    return pool.name(drawn.png), drawn.width, f"{drawn.width} / {drawn.height}"
 
 
 def _judgement(judgement: Judgement) -> dict[str, Any]:

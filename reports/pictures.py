@@ -13,7 +13,18 @@ from converters.srgb import srgb_codes
 from minirt.frame import Array
 from minirt.quantities import QUANTITIES
 from minirt.vectors import Bools, Floats
-from reports.colors import BANDS, CATEGORIES, HATCH, MASKS, NOTHING, RING, Bytes, band_of, viridis
+from reports.colors import (
+    BANDS,
+    CATEGORIES,
+    HATCH,
+    MASKS,
+    NOTHING,
+    RING,
+    SOURCES,
+    Bytes,
+    band_of,
+    viridis,
+)
 
 #: Steps of a picture of lengths: fine enough for the eye, and they compress.
 _LEVELS = 64
@@ -102,6 +113,24 @@ def ratio_png(ratio: Floats, factor: int = 1) -> bytes:
     index = np.where(uncertain, stripes, index)
     index = np.where(_ring(wrong), len(BANDS) + len(HATCH), index)
     return _indexed(index, np.concatenate((BANDS, HATCH, RING)))
+
+
+def agreement_png(agree: NDArray[np.int64], differ: Bools, factor: int = 1) -> bytes:
+    """A picture of how many sources confirm each pixel; where one differs, outlined.
+
+    A pixel of the picture shows the fewest of the factor × factor pixels that it stands for.
+
+    Parameters
+    ----------
+    agree : (ny, nx) int64
+        Sources that judged the pixel and agree with minirt.
+    differ : (ny, nx) bool
+    factor : int
+    """
+    most = len(SOURCES) - 1
+    fewest = -_pooled(-np.minimum(agree, most), factor)
+    index = np.where(_ring(_pooled(differ, factor)), len(SOURCES), fewest)
+    return _indexed(index, np.concatenate((SOURCES, RING)))
 
 
 def _pooled(array: Array, factor: int) -> Array:

@@ -270,7 +270,13 @@ def _scene(result: SceneResult) -> SceneModel:
         peak_memory=result.peak_memory,
         references=[_answer(answer) for answer in result.references],
         quorum=[
-            QuorumModel(**{**vars(q), "sources": list(q.sources), "confirmed": list(q.confirmed)})
+            QuorumModel(
+                quantity=q.quantity,
+                sources=list(q.sources),
+                confirmed=list(q.confirmed),
+                dissent=q.dissent,
+                alone=q.alone,
+            )
             for q in result.quorum
         ],
         judgement=judgement_model(result.judgement),

@@ -14,7 +14,7 @@ from minirt.scene import Scene
 from reference.isolate import Workers
 from reference.source import Reference
 from reference.verify import TIMEOUT, SceneResult, verify
-from reports.digest import pictures_of
+from reports.digest import agreement_of, pictures_of
 from reports.junit import junit_xml
 from reports.page import report_html
 from reports.portrait import Portrait, portrait_of
@@ -81,7 +81,9 @@ def run_verify(
     results = []
     with Workers(1) as painters:
         painted = [painters.submit(timeout, portrait_of, scene) for scene in scenes]
-        for result in verify(scenes, references, jobs, pictures_of, timeout, quantities):
+        for result in verify(
+            scenes, references, jobs, pictures_of, timeout, quantities, agreement_of
+        ):
             results.append(result)
             if progress is not None:
                 progress(result, len(scenes))

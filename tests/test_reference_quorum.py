@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from reference.compare import Comparison
@@ -34,3 +36,13 @@ def test_a_quantity_that_nobody_gives_has_no_source() -> None:
     assert quorum.sources == ()
     assert quorum.confirmed == ()
     assert not quorum.dissent
+
+
+def test_maps_say_who_agrees_at_each_pixel() -> None:
+    maps: list[Any] = []
+    comparisons = {"a": comparison(0.0, 1.0, INF, NAN), "b": comparison(0.2, NAN, 0.0, NAN)}
+    (quorum,) = quorum_of(comparisons, ["hit"], lambda *found: maps.append(found) or "drawn")
+    assert quorum.drawn == "drawn"
+    ((agree, differ),) = maps
+    assert agree.tolist() == [[2, 1, 1, 0]]
+    assert differ.tolist() == [[False, False, True, False]]

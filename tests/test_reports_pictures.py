@@ -11,9 +11,19 @@ from PIL import Image
 
 import minirt
 from minirt.quantities import QUANTITIES
-from reports.colors import BANDS, BOUNDS, HATCH, NOTHING, RING, band_of, palette, viridis
+from reports.colors import (
+    BANDS,
+    BOUNDS,
+    HATCH,
+    NOTHING,
+    RING,
+    SOURCES,
+    band_of,
+    palette,
+    viridis,
+)
 from reports.digest import THUMBNAIL, shrink_factor
-from reports.pictures import ratio_png, shrunk, span_of, value_png
+from reports.pictures import agreement_png, ratio_png, shrunk, span_of, value_png
 
 
 def pixels(png: bytes) -> NDArray[np.uint8]:
@@ -126,3 +136,20 @@ def test_scale_is_common_to_both_and_survives_nothing() -> None:
 
 def test_palette_reads_hexadecimal() -> None:
     assert palette("ff8000", "000001").tolist() == [[255, 128, 0], [0, 0, 1]]
+
+
+def test_a_map_of_agreement_shows_the_least_confirmed_and_every_dissent() -> None:
+    agree, differ = np.full((96, 128), 5), np.zeros((96, 128), dtype=np.bool_)
+    agree[51, 70] = 2
+    differ[20, 30] = True
+    small = pixels(agreement_png(agree, differ, 2))
+    assert small.shape == (48, 64, 3)
+    assert is_color(small, SOURCES[2]).sum() == 1
+    assert is_color(small, SOURCES[2])[25, 35]
+    ring = is_color(small, RING[0])
+    assert ring.any()
+    assert not ring[10, 15]
+    rows, columns = np.nonzero(ring)
+    assert (abs(rows - 10) <= 3).all()
+    assert (abs(columns - 15) <= 3).all()
+    assert (np.diff(lightness(SOURCES)) > 8).all()

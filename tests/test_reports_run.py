@@ -31,6 +31,10 @@ def test_a_good_run_leaves_every_report_and_tells_its_progress(tmp_path: Path) -
     answer = run.results[0].references[0]
     assert set(answer.digest) == {check.quantity for check in answer.checks}
     assert [(p.width, p.height) for p in run.portraits if p] == [(48, 36), (48, 36)]
+    drawn = [quorum.drawn for quorum in run.results[0].quorum]
+    assert [(map_.width, map_.height) for map_ in drawn] == [(48, 36)] * len(answer.checks)
+    page = (run.folder / "report.html").read_text(encoding="utf-8")
+    assert page.count("how many references confirm each pixel") == 2 * len(answer.checks)
 
 
 def test_one_wrong_pixel_fails_the_run_even_where_a_reference_crashes(tmp_path: Path) -> None:
