@@ -41,7 +41,12 @@ def test_a_quantity_that_nobody_gives_has_no_source() -> None:
 def test_maps_say_who_agrees_at_each_pixel() -> None:
     maps: list[Any] = []
     comparisons = {"a": comparison(0.0, 1.0, INF, NAN), "b": comparison(0.2, NAN, 0.0, NAN)}
-    (quorum,) = quorum_of(comparisons, ["hit"], lambda *found: maps.append(found) or "drawn")
+
+    def draw(*found: Any) -> str:
+        maps.append(found)
+        return "drawn"
+
+    (quorum,) = quorum_of(comparisons, ["hit"], draw)
     assert quorum.drawn == "drawn"
     ((agree, differ),) = maps
     assert agree.tolist() == [[2, 1, 1, 0]]
