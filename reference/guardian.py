@@ -32,6 +32,7 @@ _LIMITED = {
 def main() -> None:
     """Arguments: the starter's id, a descriptor for the status, NAME=NUMBER,…, the command."""
     parent, descriptor, limits, *command = sys.argv[1:]
+    os.set_inheritable(int(descriptor), False)  # what ended how is not the program's to tell
     signal.signal(signal.SIGTERM, _end)
     _prctl(_SET_CHILD_SUBREAPER, 1)
     _prctl(_SET_PDEATHSIG, signal.SIGTERM)

@@ -48,6 +48,12 @@ def sandbox_missing() -> str | None:
     return _missing(path, os.geteuid())
 
 
+def sandbox_version() -> str:
+    """The name and version of what makes it, as it says them."""
+    command = [str(shutil.which("bwrap")), "--version"]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+
+
 @contextmanager
 def sandboxed(
     command: Sequence[str], room: Path, processes: int, visible: Iterable[Path] = ()

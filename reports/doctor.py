@@ -22,6 +22,7 @@ from reference.isolate import Workers
 from reference.registry import REFERENCES, choose_references
 from reference.renderers.llvm import OLDEST, VARIABLE, find_llvm
 from reference.renderers.mitsuba_cli import find_command
+from reference.sandbox import sandbox_missing, sandbox_version
 from reference.source import Reference
 
 #: Seconds for a picture of 192 pixels; a cold start of Mitsuba takes some two.
@@ -147,6 +148,7 @@ def _machine() -> dict[str, str]:
         "NumPy's SIMD": " ".join([*simd["baseline"], *simd["found"]]),
         "libLLVM": str(library) if library else no_library,
         "mitsuba": str(command) if command else "no such command",
+        "sandbox": sandbox_missing() or sandbox_version(),
     }
 
 

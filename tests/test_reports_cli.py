@@ -453,6 +453,16 @@ def test_the_doctor_names_the_command_that_brings_a_library(
     assert registry.choose_references(["mitsuba"])[0].name == "mitsuba-scalar"
 
 
+def test_the_doctor_names_the_sandbox_or_the_command_that_brings_it(
+    references: dict[str, Any], command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert list(references)
+    assert one_document(command("doctor", "--json"))["machine"]["sandbox"].startswith("bubblewrap ")
+    monkeypatch.setenv("PATH", "nowhere")
+    said = one_document(command("doctor", "--json"))["machine"]["sandbox"]
+    assert said == "bubblewrap is not installed: apt-get install bubblewrap"
+
+
 def test_the_doctor_says_when_there_is_nothing_to_compare_with(
     references: dict[str, Any], command: Command
 ) -> None:
