@@ -152,7 +152,7 @@ bool may_meet(const Node& box, const Ray& ray, Vec inverse, double t0, double t1
     for (int k = 0; k < 3; ++k) {
         double x = (box.lower[k] - ray.P0[k]) * inverse[k];
         double y = (box.upper[k] - ray.P0[k]) * inverse[k];
-        if (x > y) std::swap(x, y);
+        if (inverse[k] < 0) std::swap(x, y);
         if (x > enter) enter = x;
         if (y < leave) leave = y;
     }

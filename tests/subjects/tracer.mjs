@@ -137,7 +137,8 @@ function mayMeet({ lower, upper }, P0, d, t0, t1) {
   for (let k = 0; k < 3; k++) {
     const x = (lower[k] - P0[k]) / d[k];
     const y = (upper[k] - P0[k]) / d[k];
-    const enter = x < y ? x : y, leave = x < y ? y : x;
+    const back = 1 / d[k] < 0;
+    const enter = back ? y : x, leave = back ? x : y;
     if (enter > t0) t0 = enter;
     if (leave < t1) t1 = leave;
   }
