@@ -261,6 +261,11 @@ class Points:
     s: Array
 
 
+MATERIAL = (
+    "ambient", "diffuse", "specular", "shininess", "reflectance", "transmittance", "ior", "alpha",
+)  # fmt: skip
+
+
 class Tracer:
     """The lecture's algorithm on one scene."""
 
@@ -271,7 +276,7 @@ class Tracer:
         used = [scene["materials"][thing["material"]] for thing in scene["objects"]]
         self.material = {
             name: np.array([np.nan if m[name] is None else m[name] for m in used])
-            for name in (used[0] if used else {})
+            for name in MATERIAL
         }
 
     def points(self, P0: Array, d: Array, hits: Hits) -> Points:
@@ -355,9 +360,6 @@ class Tracer:
         }
         reflection = reflect(points.delta, points.s)
         frame |= self._onward("reflection", points.M, reflection, rays, at)
-        if not len(rays):
-            none = at(rays, np.zeros((0, 3)), np.nan)
-            return frame | {"tir": at(rays, np.zeros(0), -1, "int8"), "refraction": none}
         frame["alpha"][rays] = self.material["alpha"][points.object]
         ior = self.material["ior"][points.object].astype(np.float64)
         some = np.flatnonzero(~np.isnan(ior))
