@@ -18,6 +18,13 @@ from minirt.vectors import Floats
 #: Largest mean difference, of 1 at most. A picture whose only differences are uncertain pixels
 #: stays below: 1 % of scattered pixels wholly wrong cost 0.059 in the picture `everything`.
 FLIP_CEILING = 0.06
+#: The share of uncertain pixels that this ceiling is made for, and what each further share costs.
+_UNCERTAIN, _COST = 0.01, 6.0
+
+
+def flip_ceiling(uncertain: float) -> float:
+    """Largest mean difference of a picture of which a share of pixels is uncertain."""
+    return min(1.0, FLIP_CEILING + _COST * max(0.0, uncertain - _UNCERTAIN))
 
 
 def flip_of(name: str, ours: Frame, theirs: Frame) -> float | None:

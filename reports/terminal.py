@@ -39,7 +39,8 @@ MOST_GAPS = 12
 
 _STYLES = {
     "passed": "blue", "failed": "bold dark_orange", "crashed": "bold magenta",
-    "timed out": "bold magenta", "missing": "bold magenta", "not supported": "dim",
+    "timed out": "bold magenta", "missing": "bold magenta", "known": "dark_orange",
+    "not supported": "dim",
     "not given": "dim",
 }  # fmt: skip
 
@@ -62,6 +63,8 @@ def print_run(run: Run, console: Console) -> None:
     for line in not_compared(run.results):
         _say(console, Text(f"Not compared: {line}"))
     _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
+    for remark in run.remarks:
+        _say(console, Text(f"Baseline: {one_line(remark)}"))
     left = not_checked(run.results)
     if left:
         _say(console, Text(f"Not checked: {left}"))
@@ -79,7 +82,7 @@ def _table(run: Run) -> Table:
     table.add_column("scene", overflow="fold")
     for name in run.references:
         table.add_column(Text(one_line(name)), overflow="fold")
-    table.add_column("certain", justify="right")
+    table.add_column("least certain", justify="right")
     for result in run.results:
         cells = [_answer(answer) for answer in result.references]
         table.add_row(Text(one_line(result.scene.name, 60)), *cells, _certain(result))

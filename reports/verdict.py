@@ -108,7 +108,7 @@ def _failure(results: Sequence[SceneResult]) -> str:
     found = list(convicted(results))
     if found:
         whys.append(f"exact arithmetic convicts minirt on {_of(len(found), len(results))}")
-    why = "; ".join(whys) or "no pixel is wrong, but a floor is not reached"
+    why = "; ".join(whys) or "no pixel is wrong, but a floor or a ceiling is not kept"
     return f"FAIL: {_of(failed, len(results))}; {why}"
 
 
@@ -118,7 +118,7 @@ def _success(results: Sequence[SceneResult]) -> str:
         name
         for name in dict.fromkeys(a.reference for r in results for a in r.references)
         if any(
-            check.state == "passed"
+            check.state in ("passed", "known")
             for r in results for a in r.references if a.reference == name for check in a.checks
         )
     ]  # fmt: skip
@@ -133,6 +133,8 @@ def _success(results: Sequence[SceneResult]) -> str:
         text += f", largest error {times(worst.ratio or 0.0)} its tolerance ({worst.quantity})"
     exact = all_in_words([r.judgement for r in results if r.judgement is not None])
     text += f"; {exact}" if exact else ""
+    known = sum(check.state == "known" for check in checks_of(results))
+    text += f"; {count(known, 'known failure')}" if known else ""
     if by_state["not compared"]:
         text += f"; {count(by_state['not compared'], 'scene')} not compared"
     return text

@@ -10,7 +10,7 @@ import pytest
 import minirt
 from minirt.frame import Frame
 from minirt.vectors import Floats
-from reference.flip import FLIP_CEILING, flip_of
+from reference.flip import FLIP_CEILING, flip_ceiling, flip_of
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +40,18 @@ def test_one_in_a_hundred_uncertain_pixels_stays_below_the_ceiling(picture: Floa
     other[wrong] = 1 - np.round(other[wrong])
     assert wrong.sum() > 50
     assert 0.01 < flip(picture, other) < FLIP_CEILING
+
+
+@pytest.mark.parametrize("share", [0.05, 0.1])
+def test_the_ceiling_rises_with_the_share_of_uncertain_pixels(
+    picture: Floats, share: float
+) -> None:
+    wrong = np.random.default_rng(2).random(picture.shape[:2]) < share
+    other = picture.copy()
+    other[wrong] = 1 - np.round(other[wrong])
+    assert FLIP_CEILING < flip(picture, other) < flip_ceiling(float(wrong.mean()))
+    assert flip_ceiling(0.0) == flip_ceiling(0.01) == FLIP_CEILING
+    assert flip_ceiling(1.0) == 1.0
 
 
 def test_a_picture_one_pixel_aside_is_above_the_ceiling(picture: Floats) -> None:

@@ -25,7 +25,7 @@ from minirt.scene import Facets, Scene
 from reference.compare import Check, compare
 from reference.renderers import povray, povray_run
 from reference.renderers.povray import PovrayReference
-from reference.renderers.povray_errors import exposure_of
+from reference.renderers.povray_errors import coarse_color, exposure_of
 from reference.renderers.povray_lists import media_fault
 from reference.renderers.povray_passes import Grid, read_normal, read_what
 from reference.source import Declared, Rendering
@@ -193,6 +193,17 @@ def test_colours_that_it_cannot_give_are_refused_with_the_reason(
     checks = all_pass(loaded, tmp_path, GIVEN - {"color"})
     assert checks["color"].state == "not supported"
     assert reason in checks["color"].reason
+
+
+def test_colours_far_beyond_white_are_not_judged_by_steps_that_hide_the_dark_ones(
+    tmp_path: Path,
+) -> None:
+    lamp = {"direction": [0, -1, -1], "color": [300.0] * 3}
+    bright = scene(ball("red"), floor("red"), light=lamp)
+    checks = all_pass(bright, tmp_path, GIVEN - {"color"})
+    assert checks["color"].state == "not supported"
+    assert "between POV-Ray's codes" in checks["color"].reason
+    assert coarse_color(scene(ball("red"), floor("red"))) is None
 
 
 @pytest.mark.parametrize("name", ["nested-glass", "glass-slab", "inside-glass", "snells-window"])

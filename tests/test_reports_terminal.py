@@ -21,7 +21,7 @@ def printed(run: Run, terminal: bool = False) -> str:
 
 def test_a_good_run_is_a_line_for_each_scene_and_the_verdict_last() -> None:
     lines = [line.strip() for line in printed(good_run()).splitlines() if line.strip()]
-    assert lines[0].split() == ["scene", "honest", "certain"]
+    assert lines[0].split() == ["scene", "honest", "least", "certain"]
     assert lines[2].split() == ["ball", "✓", "0×", "100", "%"]
     assert lines[-2].endswith("report.html")
     assert lines[-1].startswith("✓ PASS: 2 scenes agree with honest")

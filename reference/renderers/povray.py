@@ -17,7 +17,7 @@ from minirt.scene import Scene
 from minirt.vectors import Ints
 from reference.renderers import povray_passes as passes
 from reference.renderers.pixel_arrays import PixelArrays
-from reference.renderers.povray_errors import declared, exposure_of
+from reference.renderers.povray_errors import coarse_color, declared, exposure_of
 from reference.renderers.povray_lists import media_fault
 from reference.renderers.povray_run import find_povray, povray_version, render_pictures
 from reference.source import Declared, Rendering
@@ -74,7 +74,7 @@ class PovrayReference:
 
 def _color_fault(scene: Scene) -> str | None:
     """Why this scene's colours are not asked for; None where they are."""
-    faults = color_faults(scene)
+    faults = color_faults(scene) or [fault for fault in (coarse_color(scene),) if fault]
     return faults[0] if faults else media_fault(scene, transparent_bodies(scene))
 
 

@@ -46,6 +46,19 @@ def exposure_of(scene: Scene) -> float:
     return 2.0 ** -math.frexp(bound)[1] if bound > 0 else 1.0
 
 
+def coarse_color(scene: Scene) -> str | None:
+    """Why colours in POV-Ray's steps would say little of a scene; None where they say enough.
+
+    A picture is looked at in colours of 0 to 1, in steps of 1/255. Where the brightest colour is so
+    far beyond 1 that POV-Ray's 65,535 codes are coarser than that, dark pixels would be judged by
+    a tolerance that lets them be anything.
+    """
+    step = _color_step(scene)
+    if step * 255 <= 1:
+        return None
+    return f"colours up to {brightest(scene):.3g} leave steps of {step:.2g} between POV-Ray's codes"
+
+
 def declared(scene: Scene, placement: Placement) -> Declared:
     """Bounds on POV-Ray's errors on a scene that stands where `placement` puts it."""
     R, E = reach(scene, placement), placement.length(scene.extent)
