@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -12,14 +12,17 @@ from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES, STAGES, Quantity, Stage
 from minirt.scene import Scene
 from minirt.vectors import Bools, Floats
-from reference.flip import FLIP_CEILING, flip_of
+from reference.flip import flip_ceiling, flip_of
 from reference.similarity import ssim_floor, ssim_of
 from reference.stability import Stability
 
 #: Share of pixels that must be certain on a scene that states no floor of its own.
 CERTAIN_FLOOR = 0.99
 
-State = Literal["passed", "failed", "not given", "not supported", "missing", "crashed", "timed out"]
+#: `known` is a failure that a baseline excuses, with a reason and for a time.
+State = Literal[
+    "passed", "failed", "known", "not given", "not supported", "missing", "crashed", "timed out"
+]
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,7 @@ def compare(
     theirs: Frame,
     unsupported: Mapping[str, str],
     names: Iterable[str] = tuple(QUANTITIES),
+    required: Collection[str] = (),
 ) -> Comparison:
     """Judge every quantity that the other frame gives.
 
@@ -142,6 +146,8 @@ def compare(
         Reasons for quantities that the other cannot give.
     names : iterable of str
         The quantities to compare.
+    required : collection of str
+        Those of them that must be given: without one the check fails.
     """
     names = tuple(names)
     ratios = {
@@ -160,10 +166,12 @@ def compare(
             got = "×".join(map(str, theirs[name].shape[1::-1]))
             reason = f"the image is {got}, expected {ours.size[1]}×{ours.size[0]}"
             checks.append(Check(name, stage, "failed", reason))
-        elif name in unsupported:
-            checks.append(Check(name, stage, "not supported", unsupported[name]))
         else:
-            checks.append(Check(name, stage, "not given", "the frame does not hold it"))
+            lacking: State = "not supported" if name in unsupported else "not given"
+            reason = unsupported.get(name, "the frame does not hold it")
+            if name in required:
+                lacking, reason = "failed", f"required, and {lacking}: {reason}"
+            checks.append(Check(name, stage, lacking, reason))
     return Comparison(tuple(checks), ratios, first_stage)
 
 
@@ -231,7 +239,7 @@ def _check(
         ssim=ssim,
         ssim_floor=None if ssim is None else ssim_floor(name, 1 - float(certain.mean())),
         flip=flip,
-        flip_ceiling=None if flip is None else FLIP_CEILING,
+        flip_ceiling=None if flip is None else flip_ceiling(1 - float(certain.mean())),
     )
     reason = _fault(check)
     return check if not reason else _failed(check, reason)
@@ -259,7 +267,7 @@ def _fault(check: Check) -> str:
         and check.flip_ceiling is not None
         and check.flip > check.flip_ceiling
     ):
-        return f"FLIP {check.flip:.5f} is above its ceiling {check.flip_ceiling}"
+        return f"FLIP {check.flip:.5f} is above its ceiling {check.flip_ceiling:.3g}"
     return ""
 
 

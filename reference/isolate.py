@@ -17,6 +17,8 @@ from typing import Any, Literal
 
 from pebble import ProcessExpired, ProcessFuture, ProcessPool
 
+from minirt.errors import MinirtError
+
 #: Bytes of a job's last output that are kept for the report.
 _TAIL = 4000
 
@@ -113,6 +115,8 @@ def _run(log: str, job: Callable[..., Any], args: tuple[Any, ...]) -> Any:
     with _output_into(log):
         try:
             return job(*args)
+        except MinirtError:  # says all there is to say
+            raise
         except Exception:
             traceback.print_exc()
             raise

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Literal, Protocol
 
+from minirt.errors import MinirtError
 from minirt.frame import Frame
 from minirt.scene import Scene
 
@@ -95,6 +96,26 @@ class Rendering:
 
 class Unsupported(Exception):
     """The renderer cannot represent this scene; the message says why."""
+
+
+class NoAnswer(MinirtError):
+    """There is no frame that could be judged, and why; `state` says how it came to that."""
+
+    state: Literal["failed", "crashed", "timed out"] = "failed"
+
+
+class Crashed(NoAnswer):
+    """The program that should have rendered it ended in another way than well."""
+
+    state = "crashed"
+    exit_status = 3
+
+
+class TimedOut(NoAnswer):
+    """The program that should have rendered it took too long."""
+
+    state = "timed out"
+    exit_status = 3
 
 
 class Reference(Protocol):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,12 +15,13 @@ from converters.frames import read_frame, write_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
+from reference.cache import Cache
 from reference.compare import Check, Comparison, State, compare, without_answer
 from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
 from reference.isolate import Job, Workers
 from reference.quorum import Draw, Quorum, quorum_of
-from reference.source import Declared, Reference, Unsupported
-from reference.stability import Stability, exact_answer, stability_of
+from reference.source import Declared, NoAnswer, Reference, Unsupported
+from reference.stability import Exact, Stability, exact_answer, stability_of
 
 #: Seconds that a reference may take for one scene.
 TIMEOUT = 300.0
@@ -128,6 +129,8 @@ def verify(
     timeout: float = TIMEOUT,
     quantities: Iterable[str] = tuple(QUANTITIES),
     draw: Draw | None = None,
+    required: Collection[str] = (),
+    cache: Cache | None = None,
 ) -> Iterator[SceneResult]:
     """Compare minirt with references on scenes; yield each scene's result when it is known.
 
@@ -148,6 +151,10 @@ def verify(
         What to compare.
     draw : callable, optional
         Called in a child with the maps of who agrees; its answer travels in the quorum.
+    required : collection of str
+        Quantities that every reference must give.
+    cache : Cache, optional
+        Where minirt's own frames and their stability are kept from run to run.
 
     Yields
     ------
@@ -155,6 +162,7 @@ def verify(
         In the order of `scenes`.
     """
     names = tuple(quantities)
+    options = names, digest, draw, tuple(required), cache
     with (
         TemporaryDirectory(prefix="minirt-") as scratch,
         Workers(_within(jobs, len(scenes) * len(references))) as theirs,
@@ -168,9 +176,7 @@ def verify(
         for scene, renderings in started:
             ended = [_ended(reference, job, scene, names) for reference, job in renderings]
             answers = tuple(e for e in ended if isinstance(e, _Answered))
-            judging.append(
-                (scene, ended, ours.submit(None, judge, scene, answers, names, digest, draw))
-            )
+            judging.append((scene, ended, ours.submit(None, judge, scene, answers, *options)))
             while judging and judging[0][2].future.done():
                 yield _result(*judging.popleft(), names)
         while judging:
@@ -187,6 +193,8 @@ def judge(
     names: tuple[str, ...],
     digest: Digest | None,
     draw: Draw | None = None,
+    required: Collection[str] = (),
+    cache: Cache | None = None,
 ) -> _Verdict:
     """Compare the references' frames of one scene with minirt's. Runs in a child process.
 
@@ -196,17 +204,19 @@ def judge(
     start = time.perf_counter()
     comparisons: dict[str, Comparison] = {}
     digests: dict[str, Any] = {}
-    exact = exact_answer(scene)
+    exact = exact_answer(scene) if cache is None else cache.exact(scene)
     ours = exact.frame
     groups: dict[Declared, list[_Answered]] = {}
     for answer in answers:
         groups.setdefault(replace(answer.declared, derivation=""), []).append(answer)
     for error, alike in groups.items():
         given = {name for answer in alike for name in answer.given}.intersection(names)
-        stability = stability_of(exact, error, given) if given else Stability({}, {})
+        stability = _stability(exact, error, given, cache)
         for answer in alike:
             theirs = read_frame(answer.frame) if answer.given else Frame({})
-            comparison = compare(scene, ours, stability, theirs, answer.unsupported, names)
+            comparison = compare(
+                scene, ours, stability, theirs, answer.unsupported, names, required
+            )
             name = answer.reference
             comparisons[name] = comparison
             evidence = Evidence(scene, name, ours, theirs, stability, comparison)
@@ -216,6 +226,14 @@ def judge(
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds = time.perf_counter() - start
     return _Verdict(checks, quorum_of(comparisons, names, draw), judgement, seconds, peak)
+
+
+def _stability(exact: Exact, error: Declared, given: set[str], cache: Cache | None) -> Stability:
+    if not given:
+        return Stability({}, {})
+    return (
+        stability_of(exact, error, given) if cache is None else cache.stability(exact, error, given)
+    )
 
 
 def _judgement(
@@ -272,6 +290,9 @@ def _ended(
         return answered
     if isinstance(outcome.value, Unsupported):
         return _unanswered(reference, names, "not supported", str(outcome.value))
+    if isinstance(outcome.value, NoAnswer):
+        ended = outcome.value
+        return _unanswered(reference, names, ended.state, str(ended), outcome.output)
     state: State = "timed out" if outcome.state == "timed out" else "crashed"
     return _unanswered(reference, names, state, outcome.reason, outcome.output)
 

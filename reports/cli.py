@@ -17,6 +17,7 @@ import typer
 from reports.cli_doctor import doctor
 from reports.cli_explain import explain
 from reports.cli_export import export
+from reports.cli_gate import gate
 from reports.cli_render import render
 from reports.cli_rules import rules
 from reports.cli_scenes import scenes
@@ -37,6 +38,7 @@ for command, example in (
     (render, "render atlas:glass-ball -o glass-ball.exr"),
     (explain, "explain atlas:glass-ball --pixel 128 96"),
     (verify, "verify atlas:glass-ball --reference mitsuba --out report"),
+    (gate, "gate --cmd './my-tracer {scene} {out}' --precision float32 --require hit,depth"),
     (export, "export atlas:glass-ball --to mitsuba -o glass-ball"),
     (scenes, "scenes glass-ball"),
     (rules, "rules"),

@@ -24,7 +24,7 @@ def scene_state(result: SceneResult) -> SceneState:
         return "failed"
     if states & {"crashed", "timed out"}:
         return "incomplete"
-    return "passed" if "passed" in states else "not compared"
+    return "passed" if states & {"passed", "known"} else "not compared"
 
 
 def checks_of(results: Iterable[SceneResult]) -> Iterator[Check]:
@@ -129,5 +129,7 @@ def answer_in_words(answer: ReferenceResult) -> str:
         failed = sum(check.state == "failed" for check in answer.checks)
         stage = first_wrong_stage(answer.checks)
         return f"{failed} failed" + (f" from {stage} on" if stage else tail)
+    if state == "known":
+        return f"{sum(check.state == 'known' for check in answer.checks)} known"
     worst = worst_check(answer.checks)
     return ("" if worst is None else times(worst.ratio or 0.0)) + tail

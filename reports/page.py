@@ -283,7 +283,7 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
 
 
 def _entry(answer: ReferenceResult, check: Check, pictures: Pictures, pool: Pool) -> dict[str, Any]:
-    kinds = ("failed", "follows", "passed", "empty")
+    kinds = ("failed", "follows", "known", "passed", "empty")
     shown = ((answer.reference, pictures.theirs), ("error ÷ tolerance", pictures.ratio))
     return {
         "reference": answer.reference,

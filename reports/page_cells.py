@@ -100,7 +100,7 @@ def _cell(check: Check, section: str) -> Cell:
     bar = min(1.0, check.ratio or 0.0)
     href = f"#{section}-{check.quantity}" if check.state == "failed" else ""
     title = f"{check.quantity}: {sentence(check)}"
-    text = "" if kind(check) == "none" else _SHORT.get(figure(check), figure(check))
+    text = "" if kind(check) in ("none", "known") else _SHORT.get(figure(check), figure(check))
     return Cell(kind(check), icon(check), text, check.state, title, bar, 1, href)
 
 
@@ -112,7 +112,7 @@ def kind(check: Check) -> str:
         return "silent"
     if check.state == "passed":
         return "empty" if check.compared == 0 else "passed"
-    return "failed" if check.state == "failed" else "none"
+    return check.state if check.state in ("failed", "known") else "none"
 
 
 def sentence(check: Check) -> str:
@@ -158,7 +158,9 @@ def scene_headline(result: SceneResult) -> str:
     checks = [check for answer in result.references for check in answer.checks]
     failed = sum(check.state == "failed" for check in checks)
     passed = sum(check.state == "passed" for check in checks)
+    known = sum(check.state == "known" for check in checks)
     if failed:
         return f"{failed} of {count(failed + passed, 'check')} failed"
     state = scene_state(result)
-    return f"{count(passed, 'check')} passed" if state == "passed" else state
+    tail = f", {count(known, 'known failure')}" if known else ""
+    return f"{count(passed, 'check')} passed{tail}" if state == "passed" else state

@@ -55,6 +55,8 @@ class Run:
         Where the reports lie.
     portraits : tuple of Portrait or None
         minirt's own picture of each scene, in the order of `results`; None where it has failed.
+    remarks : tuple of str
+        What a baseline of known failures has to say, in sentences.
     """
 
     results: tuple[SceneResult, ...]
@@ -65,6 +67,7 @@ class Run:
     seconds: float
     folder: Path
     portraits: tuple[Portrait | None, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def exit_status(self) -> int:
@@ -211,6 +214,9 @@ class ResultsModel(Model):
     references: list[str]
     provenance: ProvenanceModel
     scenes: list[SceneModel]
+    remarks: list[str] = Field(
+        default=[], description="what the baseline of known failures has to say"
+    )
 
 
 def results_document(run: Run) -> dict[str, Any]:
@@ -226,6 +232,7 @@ def results_document(run: Run) -> dict[str, Any]:
             **asdict(run.provenance), programs=programs(run), seconds=run.seconds
         ),
         scenes=[_scene(result) for result in run.results],
+        remarks=list(run.remarks),
     )
     document: dict[str, Any] = model.model_dump(mode="json")
     return document

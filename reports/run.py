@@ -11,9 +11,11 @@ from converters.atomic import atomic_file
 from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
+from reference.cache import Cache
 from reference.isolate import Workers
 from reference.source import Reference
 from reference.verify import TIMEOUT, SceneResult, verify
+from reports.baseline import Baseline
 from reports.digest import agreement_of, pictures_of
 from reports.junit import junit_xml
 from reports.page import report_html
@@ -45,6 +47,9 @@ def run_verify(
     *,
     timeout: float = TIMEOUT,
     quantities: Iterable[str] = tuple(QUANTITIES),
+    given: Collection[str] = (),
+    cache: Cache | None = None,
+    baseline: Baseline | None = None,
 ) -> Run:
     """Compare minirt with references on scenes, and write the reports into a folder.
 
@@ -65,6 +70,12 @@ def run_verify(
         Seconds that a reference may take for one scene.
     quantities : iterable of str
         What to compare.
+    given : collection of str
+        Quantities that every reference must give.
+    cache : Cache, optional
+        Where minirt's own frames and their stability are kept from run to run.
+    baseline : Baseline, optional
+        Failures that are known, and excused for a time.
 
     Returns
     -------
@@ -82,13 +93,16 @@ def run_verify(
     with Workers(1) as painters:
         painted = [painters.submit(timeout, portrait_of, scene) for scene in scenes]
         for result in verify(
-            scenes, references, jobs, pictures_of, timeout, quantities, agreement_of
+            scenes, references, jobs, pictures_of, timeout, quantities, agreement_of, given, cache
         ):
             results.append(result)
             if progress is not None:
                 progress(result, len(scenes))
         portraits = [job.outcome().value for job in painted]
     names = [reference.name for reference in references]
+    remarks: tuple[str, ...] = ()
+    if baseline is not None:
+        results, remarks = baseline.applied(results)
     run = Run(
         results=tuple(results),
         references=tuple(names),
@@ -98,6 +112,7 @@ def run_verify(
         seconds=time.perf_counter() - start,
         folder=folder,
         portraits=tuple(p if isinstance(p, Portrait) else None for p in portraits),
+        remarks=remarks,
     )
     write_reports(run)
     return run

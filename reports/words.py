@@ -11,18 +11,18 @@ from reference.compare import Check, State
 
 #: Every state a cell can have, worst news first.
 STATES: tuple[State, ...] = (
-    "failed", "crashed", "timed out", "missing", "passed", "not supported", "not given",
+    "failed", "crashed", "timed out", "missing", "known", "passed", "not supported", "not given",
 )  # fmt: skip
 
 #: States of a reference that gave no answer where it should have.
 UNANSWERED: tuple[State, ...] = ("crashed", "timed out", "missing")
 
 #: States in which something was compared.
-COMPARED: tuple[State, ...] = ("failed", "passed")
+COMPARED: tuple[State, ...] = ("failed", "known", "passed")
 
 ICONS: dict[State, str] = {
     "failed": "✗", "crashed": "!", "timed out": "!", "missing": "!",
-    "passed": "✓", "not supported": "–", "not given": "–",
+    "known": "≈", "passed": "✓", "not supported": "–", "not given": "–",
 }  # fmt: skip
 
 #: What XML forbids, what a terminal obeys, and half characters; line ends and tabs stay.
@@ -92,7 +92,7 @@ def values(quantity: str, components: list[float]) -> str:
 
 def is_consequence(check: Check) -> bool:
     """Whether all wrong pixels of a check were wrong at an earlier stage already."""
-    return check.wrong > 0 and check.first_wrong == 0
+    return check.state == "failed" and check.wrong > 0 and check.first_wrong == 0
 
 
 def icon(check: Check) -> str:
@@ -106,6 +106,8 @@ def figure(check: Check) -> str:
         return _passed_figure(check)
     if check.state == "failed":
         return _failed_figure(check)
+    if check.state == "known":
+        return f"known: {_failed_figure(check)}"
     return check.state
 
 
@@ -123,7 +125,7 @@ def _failed_figure(check: Check) -> str:
         ratio = check.ratio or 0.0
         return wrong if math.isinf(ratio) else f"{wrong}, {times(ratio)}"
     if check.pixels == 0:
-        return "size"
+        return "unusable"
     if check.certain < check.floor * check.pixels:
         return f"{share(check.certain, check.pixels)} certain"
     return f"SSIM {check.ssim or 0.0:.3f}"

@@ -106,7 +106,7 @@ def test_counts_cover_every_check_and_every_scene() -> None:
     run = troubled_run()
     by_state = counts(run.results)
     assert sum(by_state.values()) == 2 * 9 * 20
-    assert all(by_state.values()), by_state
+    assert {state for state, n in by_state.items() if not n} == {"known"}  # there is no baseline
     assert scene_counts(run.results)["failed"] == 2
     assert counts(good_run().results)["passed"] == 2 * 20
 

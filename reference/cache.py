@@ -1,0 +1,142 @@
+"""What minirt has answered once, kept on disk by the hash of all that it depends on.
+
+A frame and its stability depend on the scene, its meshes, the declared error and this program:
+each is in the key, down to the bytes of the source files, so that nothing stale is ever found.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import zipfile
+from collections.abc import Collection
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cache as once
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any
+
+import numpy as np
+
+import minirt
+from minirt.frame import Array, Frame
+from minirt.render import frame_meta
+from minirt.scene import Facets, Scene
+from reference.source import Declared
+from reference.stability import Exact, Stability, exact_answer, stability_of
+
+#: Bytes on disk beyond which what was not used for longest is removed.
+MOST_BYTES = 2 * 2**30
+
+Arrays = dict[str, Array]
+
+
+def usual_folder() -> Path:
+    """Where caches belong: below ``XDG_CACHE_HOME``, or ``~/.cache``."""
+    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return Path(base).expanduser() / "minirt"
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Frames and their stability in a folder; any number of processes may share it.
+
+    Attributes
+    ----------
+    folder : Path
+        Made where it is not there. What cannot be read or written there is computed anew.
+    most_bytes : int
+    """
+
+    folder: Path
+    most_bytes: int = MOST_BYTES
+
+    def exact(self, scene: Scene) -> Exact:
+        """minirt's own answer: see `reference.stability.exact_answer`."""
+        key = _key("exact", scene)
+        found = self._get(key)
+        if found is None:
+            exact = exact_answer(scene)
+            self._put(key, {"signature": exact.signature, **exact.frame.arrays})
+            return exact
+        signature = found.pop("signature")
+        return Exact(scene, Frame(found, frame_meta(scene)), signature)
+
+    def stability(self, exact: Exact, declared: Declared, names: Collection[str]) -> Stability:
+        """How stable it is: see `reference.stability.stability_of`."""
+        error = repr(replace(declared, derivation=""))
+        key = _key("stability", exact.scene, error, *sorted(names))
+        found = self._get(key)
+        if found is None:
+            made = stability_of(exact, declared, names)
+            certain = {f"certain {name}": array for name, array in made.certain.items()}
+            tolerance = {f"tolerance {name}": array for name, array in made.tolerance.items()}
+            self._put(key, {**certain, **tolerance})
+            return made
+        return Stability(_part(found, "certain "), _part(found, "tolerance "))
+
+    def _get(self, key: str) -> Arrays | None:
+        path = self.folder / f"{key}.npz"
+        try:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+                found = {name: archive[name] for name in archive.files}
+            os.utime(path)  # it was used
+        except (OSError, ValueError, zipfile.BadZipFile, EOFError, KeyError):
+            return None
+        return found
+
+    def _put(self, key: str, arrays: Arrays) -> None:
+        """Whole or not at all; two who write the same write the same."""
+        with suppress(OSError):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with NamedTemporaryFile(dir=self.folder, suffix=".tmp", delete=False) as stream:
+                try:
+                    np.savez(stream, **dict[str, Any](arrays))
+                    stream.close()
+                    Path(stream.name).replace(self.folder / f"{key}.npz")
+                except BaseException:
+                    Path(stream.name).unlink(missing_ok=True)
+                    raise
+            self._prune()
+
+    def _prune(self) -> None:
+        """Remove what was not used for longest, until the rest is within the limit."""
+        used = []
+        for path in self.folder.iterdir():
+            with suppress(OSError):
+                status = path.stat()
+                used.append((status.st_mtime, status.st_size, path))
+        total = sum(size for _, size, _ in used)
+        for _, size, path in sorted(used):
+            if total <= self.most_bytes:
+                return
+            path.unlink(missing_ok=True)
+            total -= size
+
+
+def _part(arrays: Arrays, prefix: str) -> Arrays:
+    names = [name for name in arrays if name.startswith(prefix)]
+    return {name.removeprefix(prefix): arrays[name] for name in names}
+
+
+def _key(kind: str, scene: Scene, *parts: str) -> str:
+    digest = hashlib.sha256()
+    for part in (kind, _program(), scene.sha256, *parts):
+        digest.update(part.encode() + b"\0")
+    for thing in scene.objects:
+        if isinstance(thing, Facets) and thing.type == "mesh":
+            digest.update(thing.vertices.tobytes())
+            digest.update(thing.faces.tobytes())
+    return digest.hexdigest()
+
+
+@once
+def _program() -> str:
+    """Everything that computes: our source files, NumPy and Python."""
+    digest = hashlib.sha256(f"{sys.version} {np.__version__}".encode())
+    for package in (Path(minirt.__file__).parent, Path(__file__).parent):
+        for path in sorted(package.rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()

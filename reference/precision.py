@@ -1,0 +1,138 @@
+"""How an implementation errs that says no more than in which number format it computes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from minirt.errors import InputError
+from minirt.geometry import Geometry
+from minirt.quantities import QUANTITIES
+from minirt.scene import Scene
+from reference.source import AlongRay, Declared
+
+Precision = Literal["float64", "float32", "half"]
+
+#: Largest relative errors of rounding to the formats.
+ROUNDING: dict[Precision, float] = {"float64": 2.0**-53, "float32": 2.0**-24, "half": 2.0**-11}
+#: Nobody traces rays in half: what is handed over in it was computed in float32.
+_COMPUTED: dict[Precision, Precision] = {
+    "float64": "float64", "float32": "float32", "half": "float32",
+}  # fmt: skip
+#: Roundings at the scale of the scene between a pixel and its hit, and on the way of a colour.
+_STEPS, _COLOR_STEPS = 32, 64
+
+_DERIVATION = (
+    "{what}, u = {u:.3g}; R the largest coordinate, E the scene's extent, r the least radius. "
+    "Rounding a point moves it by at most √3·u·R: the observer, and the vertices or the centre of "
+    "what is met, 3·√3·u·R together; direction and intersection add {steps} roundings at the scale "
+    "of E; the textbook's discriminant b² − 4ac moves a sphere's outline by 5·u·E²/r. "
+    "δ = {delta:.3g} scene units. {start}{handed}"
+)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What the author of an implementation says of its errors.
+
+    Attributes
+    ----------
+    precision : str
+        The number format that it computes in: float64, float32; half where it hands over half.
+    delta : float or None
+        A length in scene units, in place of the one that follows from the precision.
+    start : float or None
+        Where its secondary rays start along the ray, in scene units; None: at the scene's ε, or,
+        where that is within the errors, well beyond them.
+    handed : str
+        The coarsest format through which its numbers reach us.
+    """
+
+    precision: Precision = "float64"
+    delta: float | None = None
+    start: float | None = None
+    handed: Precision = "float64"
+
+
+def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
+    """The bounds that follow from a claim on one scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    claim : Claim
+    most : float, optional
+        The largest δ, in scene units, that whoever judges allows.
+
+    Raises
+    ------
+    InputError
+        The claim is wider than allowed.
+    """
+    u = ROUNDING[_COMPUTED[claim.precision]]
+    delta = _delta(scene, u) if claim.delta is None else claim.delta
+    if most is not None and delta > most:
+        raise InputError(
+            "the declared error is wider than allowed",
+            where=scene.name[:80],
+            got=f"δ = {delta:.3g} scene units",
+            expected=f"at most {most:.3g}",
+        )
+    angle = max(_STEPS * u, delta / scene.extent)
+    coarsest = max(ROUNDING[claim.precision], ROUNDING[claim.handed])
+    handed = 0.0 if coarsest == ROUNDING["float64"] else coarsest
+    start = _start(scene, claim, delta)
+    return Declared(
+        delta=delta,
+        vertex=delta,
+        angle=angle,
+        color=max(_COLOR_STEPS * u, delta / scene.extent) + math.sqrt(3) * handed,
+        start=start,
+        derivation=_derivation(claim, u, delta, start, handed),
+        grain=handed,
+        steps=_steps(scene, handed) if handed else (),
+        watertight=False,
+    )
+
+
+def _delta(scene: Scene, u: float) -> float:
+    bounds = np.zeros((2, 3)) if scene.bounds is None else scene.bounds
+    R = max(float(np.abs(bounds).max()), *map(abs, scene.screen.P0))
+    E, least = scene.extent, float(Geometry.of(scene).spheres.radius.min(initial=np.inf))
+    return u * (3 * math.sqrt(3) * R + _STEPS * E + 5 * E * E / least)
+
+
+def _start(scene: Scene, claim: Claim, delta: float) -> AlongRay | None:
+    """Where secondary rays start: an ε within the errors would meet the surface it leaves."""
+    if claim.start is not None:
+        return AlongRay(claim.start)
+    return None if 16 * delta <= scene.epsilon else AlongRay(16 * delta)
+
+
+def _steps(scene: Scene, u: float) -> tuple[tuple[str, float], ...]:
+    """Absolute errors of handing over numbers with relative error u; distances are in `grain`.
+
+    A position's components are at most E + |P0|, a secondary ray's length at most 2·E in a scene
+    whose extent is E; components of unit vectors and barycentric weights are at most 1.
+    """
+    reach = scene.extent + max(map(abs, scene.screen.P0))
+    sizes = {"position": reach, "reflection_t": 2 * scene.extent, "refraction_t": 2 * scene.extent}
+    unit = [n for n, q in QUANTITIES.items() if q.kind == "direction" or n == "barycentric"]
+    sizes |= dict.fromkeys(unit, 1.0)
+    return tuple(
+        (name, math.sqrt(QUANTITIES[name].components) * u * s) for name, s in sizes.items()
+    )
+
+
+def _derivation(claim: Claim, u: float, delta: float, start: AlongRay | None, handed: float) -> str:
+    begins = "" if start is None else f"Secondary rays start at {start.length:.3g} along the ray. "
+    via = f"Numbers are handed over with a relative error of {handed:.3g}." if handed else ""
+    if claim.delta is not None:
+        return f"declared: δ = {delta:.3g} scene units. {begins}{via}".rstrip()
+    what = _COMPUTED[claim.precision]
+    return _DERIVATION.format(
+        what=what, u=u, steps=_STEPS, delta=delta, start=begins, handed=via
+    ).rstrip()
