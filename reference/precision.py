@@ -23,15 +23,24 @@ _COMPUTED: dict[Precision, Precision] = {
     "float64": "float64", "float32": "float32", "half": "float32",
 }  # fmt: skip
 #: Roundings at the scale of the scene between a pixel and its hit, and on the way of a colour.
-_STEPS, _COLOR_STEPS = 32, 64
+_STEPS, _COLOR_STEPS = 16, 64
+
+#: Secondary rays that start within the errors would meet the surface they leave. So many δ along
+#: the ray clear it at all angles above 1.3° with the surface: √2·δ/sin 1.3° = 62·δ.
+_CLEAR = 64
 
 _DERIVATION = (
     "{what}, u = {u:.3g}; R the largest coordinate, E the scene's extent, r the least radius. "
     "Rounding a point moves it by at most √3·u·R: the observer, and the vertices or the centre of "
     "what is met, 3·√3·u·R together; direction and intersection add {steps} roundings at the scale "
-    "of E; the textbook's discriminant b² − 4ac moves a sphere's outline by 5·u·E²/r. "
+    "of E; {sphere}"
     "δ = {delta:.3g} scene units. {start}{handed}"
 )
+
+_SPHERE = {
+    "float64": "the textbook's discriminant b² − 4ac moves a sphere's outline by 5·u·E²/r. ",
+    "float32": "a sphere's discriminant is taken from the distance of its centre to the line. ",
+}
 
 
 @dataclass(frozen=True)
@@ -41,7 +50,8 @@ class Claim:
     Attributes
     ----------
     precision : str
-        The number format that it computes in: float64, float32; half where it hands over half.
+        The number format that it computes in, float64 or float32; half is float32 handed over in
+        half.
     delta : float or None
         A length in scene units, in place of the one that follows from the precision.
     start : float or None
@@ -81,15 +91,17 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
             got=f"δ = {delta:.3g} scene units",
             expected=f"at most {most:.3g}",
         )
-    angle = max(_STEPS * u, delta / scene.extent)
+    vertex, angle = math.sqrt(3) * u * _reach(scene), _STEPS * u
+    if claim.delta is not None:
+        vertex, angle = delta, max(angle, delta / scene.extent)
     coarsest = max(ROUNDING[claim.precision], ROUNDING[claim.handed])
     handed = 0.0 if coarsest == ROUNDING["float64"] else coarsest
     start = _start(scene, claim, delta)
     return Declared(
         delta=delta,
-        vertex=delta,
+        vertex=vertex,
         angle=angle,
-        color=max(_COLOR_STEPS * u, delta / scene.extent) + math.sqrt(3) * handed,
+        color=max(_COLOR_STEPS * u, angle) + math.sqrt(3) * handed,
         start=start,
         derivation=_derivation(claim, u, delta, start, handed),
         grain=handed,
@@ -98,18 +110,30 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
     )
 
 
-def _delta(scene: Scene, u: float) -> float:
+def _reach(scene: Scene) -> float:
+    """The largest coordinate of the observer and of anything that can be met."""
     bounds = np.zeros((2, 3)) if scene.bounds is None else scene.bounds
-    R = max(float(np.abs(bounds).max()), *map(abs, scene.screen.P0))
+    return max(float(np.abs(bounds).max()), *map(abs, scene.screen.P0))
+
+
+def _delta(scene: Scene, u: float) -> float:
+    """δ in a format of rounding u.
+
+    The textbook's b² − 4ac costs a sphere's outline 5·u·E²/r. That is nothing in float64 and
+    granted there. In float32 it is up to a pixel: who computes in it has to take Δ from the
+    distance of the centre to the line (E8), or to declare more.
+    """
+    R = _reach(scene)
     E, least = scene.extent, float(Geometry.of(scene).spheres.radius.min(initial=np.inf))
-    return u * (3 * math.sqrt(3) * R + _STEPS * E + 5 * E * E / least)
+    textbook = 5 * E * E / least if u == ROUNDING["float64"] else 0.0
+    return u * (3 * math.sqrt(3) * R + _STEPS * E + textbook)
 
 
 def _start(scene: Scene, claim: Claim, delta: float) -> AlongRay | None:
     """Where secondary rays start: an ε within the errors would meet the surface it leaves."""
     if claim.start is not None:
         return AlongRay(claim.start)
-    return None if 16 * delta <= scene.epsilon else AlongRay(16 * delta)
+    return None if _CLEAR * delta <= scene.epsilon else AlongRay(_CLEAR * delta)
 
 
 def _steps(scene: Scene, u: float) -> tuple[tuple[str, float], ...]:
@@ -134,5 +158,5 @@ def _derivation(claim: Claim, u: float, delta: float, start: AlongRay | None, ha
         return f"declared: δ = {delta:.3g} scene units. {begins}{via}".rstrip()
     what = _COMPUTED[claim.precision]
     return _DERIVATION.format(
-        what=what, u=u, steps=_STEPS, delta=delta, start=begins, handed=via
+        what=what, u=u, steps=_STEPS, sphere=_SPHERE[what], delta=delta, start=begins, handed=via
     ).rstrip()

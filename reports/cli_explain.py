@@ -12,6 +12,7 @@ from reports.cli_gate import (
     DeltaOption,
     Format,
     Frames,
+    HandedOption,
     OutAsOption,
     OutFormat,
     PrecisionOption,
@@ -38,6 +39,7 @@ def explain(
     scene_as: SceneAsOption = SceneLanguage.json,
     out_as: OutAsOption = OutFormat.exr,
     precision: PrecisionOption = Format.float64,
+    handed: HandedOption = None,
     delta: DeltaOption = None,
     start: StartOption = None,
     sandbox: SandboxOption = False,
@@ -57,7 +59,7 @@ def explain(
     if cmd or python or frames:
         from reports.second_opinion import second_opinion
 
-        claim = claim_of(precision, delta, start, out_as, frames, python)
+        claim = claim_of(precision, handed, delta, start, out_as, frames, python)
         subject = subject_of(
             cmd, python, frames, claim, scene_as, out_as, sandbox=sandbox, timeout=timeout
         )

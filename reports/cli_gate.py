@@ -40,6 +40,15 @@ class OutFormat(StrEnum):
     exr = "exr"
     npz = "npz"
     folder = "folder"
+    mitsuba = "mitsuba"
+
+
+class Language(StrEnum):
+    """In which language a starter kit begins a tracer."""
+
+    cpp = "cpp"
+    javascript = "javascript"
+    python = "python"
 
 
 class Format(StrEnum):
@@ -76,7 +85,12 @@ SceneAsOption = Annotated[
     SceneLanguage, typer.Option("--scene-as", help="What {scene} is: minirt's JSON, or an export.")
 ]
 OutAsOption = Annotated[
-    OutFormat, typer.Option("--out-as", help="What is written to {out}; a folder of images.")
+    OutFormat,
+    typer.Option(
+        "--out-as",
+        help="What is written to {out}: folder is one of images, mitsuba "
+        "the channels of its aov integrator.",
+    ),
 ]
 PrecisionOption = Annotated[
     Format,
@@ -85,6 +99,14 @@ PrecisionOption = Annotated[
         help="The number format that it computes in; half where it hands over half.",
     ),
 ]
+HandedOption = Annotated[
+    Format | None,
+    typer.Option(
+        "--handed", show_default=False,
+        help="The number format in which numbers come, where it is coarser than they were computed "
+        "in: half channels, say. Without it float64 for .npz and functions, else float32.",
+    ),
+]  # fmt: skip
 DeltaOption = Annotated[
     float | None,
     typer.Option(
@@ -119,6 +141,7 @@ def gate(
     scene_as: SceneAsOption = SceneLanguage.json,
     out_as: OutAsOption = OutFormat.exr,
     precision: PrecisionOption = Format.float64,
+    handed: HandedOption = None,
     delta: DeltaOption = None,
     start: StartOption = None,
     most: Annotated[
@@ -159,6 +182,16 @@ def gate(
     no_cache: Annotated[
         bool, typer.Option("--no-cache", help="Compute minirt's own frames anew.")
     ] = False,
+    init: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", show_default=False,
+            help="Judge nothing: write a starter kit, with the protocol, three scenes and a stub.",
+        ),
+    ] = None,
+    language: Annotated[
+        Language, typer.Option(help="Of the starter kit's stub.")
+    ] = Language.python,
     json: Json = False,
 ) -> None:  # fmt: skip
     """Judge another implementation, pixel by pixel.
@@ -173,7 +206,10 @@ def gate(
     from reports.run import run_verify
     from reports.terminal import print_run
 
-    claim = claim_of(precision, delta, start, out_as, frames, python)
+    if init is not None:
+        _init(init, language, json)
+        return
+    claim = claim_of(precision, handed, delta, start, out_as, frames, python)
     subject = subject_of(
         cmd, python, frames, claim, scene_as, out_as, most=most, sandbox=sandbox, timeout=timeout
     )
@@ -206,8 +242,18 @@ def gate(
     raise typer.Exit(run.exit_status)
 
 
+def _init(folder: Path, language: Language, json: bool) -> None:
+    from reports.starter_kit import write_kit
+
+    files = [str(path) for path in write_kit(folder, language.value)]
+    if json:
+        print_json({"folder": str(folder), "files": files})
+    people().print(f"{folder}: {len(files)} files. Begin with README.md.", soft_wrap=True)
+
+
 def claim_of(
     precision: Format,
+    handed: Format | None,
     delta: float | None,
     start: float | None,
     out_as: OutFormat,
@@ -219,7 +265,8 @@ def claim_of(
 
     ours = bool(python) or out_as is OutFormat.npz
     exact = ours if frames is None else _only_npz(frames)
-    return Claim(precision.value, delta, start, "float64" if exact else "float32")
+    usual = Format.float64 if exact else Format.float32
+    return Claim(precision.value, delta, start, (handed or usual).value)
 
 
 def _only_npz(folder: Path) -> bool:

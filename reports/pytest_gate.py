@@ -31,6 +31,7 @@ _OPTIONS = {
     "quantities": "quantities separated by commas (default: all)",
     "require": "quantities that must be given, separated by commas",
     "precision": "float64 (default), float32 or half",
+    "handed": "the number format in which numbers come: float64, float32 or half",
     "delta": "the error that it declares, in scene units",
     "start": "where its secondary rays start, in scene units",
     "scene-as": "json (default), mitsuba, povray or obj",
@@ -78,9 +79,10 @@ def _subject(config: pytest.Config) -> Reference:
         out_as = OutFormat(_option(config, "out-as") or "exr")
         scene_as = SceneLanguage(_option(config, "scene-as") or "json")
         precision = Format(_option(config, "precision") or "float64")
+        handed = Format(_option(config, "handed")) if _option(config, "handed") else None
     except ValueError as error:
         raise InputError(str(error)) from None
-    claim = claim_of(precision, number("delta"), number("start"), out_as, frames, python)
+    claim = claim_of(precision, handed, number("delta"), number("start"), out_as, frames, python)
     return subject_of(
         cmd, python, frames, claim, scene_as, out_as,
         sandbox=config.getoption(f"{_PREFIX}sandbox"), timeout=number("timeout") or 60.0,

@@ -68,7 +68,7 @@ def test_secondary_rays_of_float32_may_start_beyond_its_errors() -> None:
     assert declared(scene, Claim("float64")).start is None
     single = declared(scene, Claim("float32"))
     assert single.start is not None
-    assert vars(single.start)["length"] == 16 * single.delta > scene.epsilon
+    assert vars(single.start)["length"] == 64 * single.delta > scene.epsilon
     own = declared(scene, Claim("float32", start=0.01)).start
     assert own is not None
     assert vars(own)["length"] == 0.01

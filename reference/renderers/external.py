@@ -18,20 +18,21 @@ import numpy as np
 from converters.casts import as_quantity, check_size
 from converters.frames import read_frame
 from converters.scene_folder import plain_document, write_scene_folder
-from minirt.errors import InputError, MinirtError
+from minirt.errors import InputError, MinirtError, ReferenceError
 from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.precision import Claim, declared
 from reference.program import Limits, plain_files, run_program, sandbox_missing
+from reference.renderers.mitsuba_cli import export_aov, read_aov
 from reference.source import Crashed, Declared, NoAnswer, Rendering, TimedOut, Unsupported
 
 #: What a program is handed: minirt's own JSON, or the scene in another program's language.
 SceneAs = Literal["json", "mitsuba", "povray", "obj"]
-#: What a program writes.
-OutAs = Literal["exr", "npz", "folder"]
+#: What a program writes; mitsuba: the channels of its `aov` integrator, in OpenEXR.
+OutAs = Literal["exr", "npz", "folder", "mitsuba"]
 
-_OUT = {"exr": "out.exr", "npz": "out.npz", "folder": "out"}
+_OUT = {"exr": "out.exr", "npz": "out.npz", "folder": "out", "mitsuba": "out.exr"}
 #: Formats of whole numbers: eight or sixteen bits of a colour are no number to compare.
 _INTEGERS = frozenset({".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".tga"})
 
@@ -87,7 +88,7 @@ class CommandSubject:
         out = room / _OUT[self.out_as]
         words = command_words(self.command)
         values: dict[str, object] = {"nx": scene.screen.nx, "ny": scene.screen.ny, "out": out}
-        values["scene"] = _hand_over(scene, self.scene_as, room)
+        values["scene"] = _hand_over(scene, self.scene_as, self.out_as, room)
         filled = [_filled(word, values) for word in words]
         ended = run_program(filled, room, self.limits, self.sandbox, _near(words))
         sys.stdout.write(ended.output)
@@ -95,7 +96,8 @@ class CommandSubject:
             kind = TimedOut if ended.reason.startswith("no answer within") else Crashed
             raise kind(f"the program {ended.reason}")
         plain_files(room)
-        return _read(out, scene, Path(filled[0]).name)
+        program = Path(filled[0]).name
+        return (_read_aov if self.out_as == "mitsuba" else _read)(out, scene, program)
 
 
 @dataclass(frozen=True)
@@ -212,7 +214,7 @@ def _filled(word: str, values: Mapping[str, object]) -> str:
     return word
 
 
-def _hand_over(scene: Scene, scene_as: SceneAs, room: Path) -> Path:
+def _hand_over(scene: Scene, scene_as: SceneAs, out_as: OutAs, room: Path) -> Path:
     """The scene in the language that the program takes."""
     folder = room / "scene"
     if scene_as == "json":
@@ -223,6 +225,8 @@ def _hand_over(scene: Scene, scene_as: SceneAs, room: Path) -> Path:
         fault = camera_fault(scene.screen)
         if fault:
             raise Unsupported(fault)
+        if out_as == "mitsuba":
+            return export_aov(scene, folder)
         export_mitsuba(scene, folder)
         return folder / "scene.xml"
     if scene_as == "obj":
@@ -252,6 +256,14 @@ def _read(path: Path, scene: Scene, program: str) -> Rendering:
     }
     kept = {name: array for name, array in frame.items() if name not in coarse}
     return Rendering(Frame(kept, frame.meta), coarse, program)
+
+
+def _read_aov(path: Path, scene: Scene, program: str) -> Rendering:
+    """The frame that Mitsuba's command left."""
+    try:
+        return Rendering(read_aov(scene, path), {}, program)
+    except ReferenceError as error:
+        raise NoAnswer(error.what, where=path.name, got=error.got) from None
 
 
 def _only_integers(folder: Path, name: str) -> bool:

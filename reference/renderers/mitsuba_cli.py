@@ -72,12 +72,27 @@ class MitsubaCommand:
         fault = camera_fault(scene.screen)
         if fault:
             raise Unsupported(fault)
-        placement = fitted_placement(scene)
-        folder, image = scratch / "export", scratch / "aov.exr"
-        export_mitsuba(scene, folder, placement, {"type": "aov", "aovs": _AOVS})
-        _run(folder / "scene.xml", image)
-        frame = _frame(scene, placement, _channels(image, scene))
+        image = scratch / "aov.exr"
+        _run(export_aov(scene, scratch / "export"), image)
+        frame = read_aov(scene, image)
         return Rendering(frame, _UNSUPPORTED, f"{_version()} scalar_rgb (command)")
+
+
+def export_aov(scene: Scene, folder: Path) -> Path:
+    """The scene for Mitsuba's command with the integrator that tells of hits; its XML file."""
+    export_mitsuba(scene, folder, fitted_placement(scene), {"type": "aov", "aovs": _AOVS})
+    return folder / "scene.xml"
+
+
+def read_aov(scene: Scene, image: Path) -> Frame:
+    """What Mitsuba's command has written of that, in minirt's conventions.
+
+    Raises
+    ------
+    ReferenceError
+        It cannot be used.
+    """
+    return _frame(scene, fitted_placement(scene), _channels(image, scene))
 
 
 def find_command() -> Path | None:
