@@ -74,10 +74,10 @@ def _become(command: list[str], limits: dict[str, str]) -> None:
 def _limit(what: int, most: int) -> None:
     """The soft limit, which has a signal or an error of its own, and a hard one."""
     _, hard = resource.getrlimit(what)
+    wanted = most + 1 if what == resource.RLIMIT_CPU else most
     if hard != resource.RLIM_INFINITY:
-        most = min(most, hard)
-    above = 1 if what == resource.RLIMIT_CPU and most < hard % 2**63 else 0
-    resource.setrlimit(what, (most, most + above))
+        wanted = min(wanted, hard)
+    resource.setrlimit(what, (min(most, wanted), wanted))
 
 
 def _prctl(option: int, value: int) -> None:

@@ -122,7 +122,7 @@ def _kernel_limits(limits: Limits, scratch: Path | None) -> str:
         "address": 2 * limits.memory + 2**30,
         "file": limits.file_bytes + 1,
     }
-    if scratch is None:  # in a sandbox it is set inside
+    if scratch is None:  # in a sandbox it is set inside; here all that its user runs counts
         others = sum(process.threads for process in all_processes())
         numbers["processes"] = others + limits.processes + _SPARE
     return ",".join(f"{name}={number}" for name, number in numbers.items())

@@ -46,7 +46,7 @@ class Place:
 
     user: str
     folder: Path
-    limits: Limits = field(default_factory=lambda: Limits(wall_seconds=10))
+    limits: Limits = field(default_factory=lambda: Limits(wall_seconds=30))
 
     @property
     def room(self) -> Path:

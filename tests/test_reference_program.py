@@ -13,6 +13,7 @@ import sys
 import time
 import zipfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ from minirt.frame import Frame
 from reference import rooms, sandbox
 from reference.compare import compare
 from reference.program import Ended, Limits, plain_files, run_program, sandbox_missing
+from reference.sandbox import sandboxed
 from reference.source import Declared
 from reference.stability import measure
 
@@ -135,7 +137,7 @@ def test_a_failure_is_told(
     begin = time.monotonic()
     ended = mine.run(IMPORTS + code, sandbox=boxed, wall_seconds=0.7)
     assert (ended.status, ended.reason) == (status, reason)
-    assert time.monotonic() - begin < 8
+    assert time.monotonic() - begin < 30
 
 
 @pytest.mark.parametrize("boxed", [True, False])
@@ -153,11 +155,11 @@ def test_a_program_that_is_none(mine: Place, boxed: bool) -> None:
 # Limits, in a sandbox and without
 
 SPEND: dict[str, tuple[str, dict[str, Any], str]] = {
-    "busy": ("while True: pass", {"cpu_seconds": 1}, "used more than 1 s of CPU"),
+    "busy": ("while True: pass", {"cpu_seconds": 0.5}, "used more than 0.5 s of CPU"),
     "busy in two processes": (
         "os.fork()\nwhile True: pass",
-        {"cpu_seconds": 1},
-        "used more than 1 s of CPU",
+        {"cpu_seconds": 0.5},
+        "used more than 0.5 s of CPU",
     ),
     "allocates": (
         "held = []\nwhile True: held.append(b'x' * 2**24)",
@@ -202,7 +204,7 @@ SPEND: dict[str, tuple[str, dict[str, Any], str]] = {
         "its files grew beyond 8 MiB in all",
     ),
     "empty files": (
-        "for i in range(99999): open('%x' % i, 'wb')",
+        "for i in range(9999): open('%x' % i, 'wb')",
         {},
         "more than 2,500 files in its folder",
     ),
@@ -243,24 +245,40 @@ def test_forks_without_end_are_ended(place: Place) -> None:
     assert ended.reason == "more than 20 processes and threads"
 
 
-def test_the_kernel_holds_the_limit_of_processes(place: Place) -> None:
-    """Seen from inside: of 200 children some are refused before the first look at them."""
+def test_the_kernel_holds_the_limit_of_processes(mine: Place) -> None:
+    """Without anybody who watches: of 60 children it refuses those beyond the limit."""
     code = """
-import os, sys
+import os, signal
 made = 0
-for _ in range(200):
-    try:
-        if os.fork() == 0:
-            os.read(0, 1); os.pause() if hasattr(os, "pause") else __import__("signal").pause()
-        made += 1
-    except OSError:
-        break
-print("made", made, flush=True)
+try:
+    for made in range(60):
+        if os.fork() == 0: signal.pause()
+except OSError as error:
+    print(made, error.strerror)
 """
-    ended = place.run(code, processes=20)
-    found = re.search(r"made (\d+)", ended.output)
-    assert found is None or 20 <= int(found[1]) < 20 + 40
-    assert found is not None or ended.reason == "more than 20 processes and threads"
+    words = [sys.executable, "-S", "-c", code]
+    with sandboxed(words, mine.room, 20) as (wrapped, environment, _):
+        done = subprocess.run(wrapped, env=environment, capture_output=True, text=True, timeout=60)
+    made, _, why = done.stdout.partition(" ")
+    assert 10 <= int(made) <= 20
+    assert why == "Resource temporarily unavailable\n"
+
+
+def test_many_programs_at_once(mine: Place) -> None:
+    """Each has a room and a user of its own, and a limit that the others do not use up."""
+    code = (
+        "import os, time\nfor _ in range(7):\n    if os.fork() == 0: time.sleep(1); os._exit(0)\n"
+    )
+    folders = [mine.room / name for name in "abcd"]
+    for folder in folders:
+        folder.mkdir()
+
+    def run(folder: Path) -> Ended:
+        words = [sys.executable, "-S", "-c", code + "time.sleep(0.5)"]
+        return run_program(words, folder, Limits(wall_seconds=30, processes=9), sandbox=True)
+
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(run, folders)) == [Ended(0, "", "")] * 4
 
 
 @pytest.mark.parametrize("boxed", [True, False])
@@ -288,7 +306,8 @@ def test_the_end_of_the_parent_ends_the_program(mine: Place) -> None:
     code = "if os.fork() == 0: os.setsid()\nopen('on', 'w').close()\ntime.sleep(60)"
     for boxed in (True, False):
         job = json.dumps([[sys.executable, "-c", IMPORTS + code], str(mine.room), {}, boxed])
-        with subprocess.Popen([sys.executable, "-c", JOB, job], cwd=ROOT) as child:
+        ours = {**os.environ, "TMPDIR": str(mine.folder)}  # what it cannot clean up, we do
+        with subprocess.Popen([sys.executable, "-c", JOB, job], cwd=ROOT, env=ours) as child:
             wait_until(lambda: (mine.room / "on").exists())
             assert mine.survivors() != []
             child.kill()
@@ -543,7 +562,7 @@ def test_a_hostile_frame_is_refused_with_its_own_message(mine: Place, name: str)
     begin = time.monotonic()
     with pytest.raises(InputError, match=refused):
         read_frame(mine.room / name, expect=SIZE)
-    assert time.monotonic() - begin < 3
+    assert time.monotonic() - begin < 20
 
 
 def test_a_folder_of_images_with_a_script_for_a_name(mine: Place) -> None:
@@ -577,7 +596,7 @@ def test_limits_are_for_a_picture_of_a_million_pixels() -> None:
     assert replace(Limits(), processes=3).memory == Limits().memory
 
 
-def wait_until(done: Callable[[], bool], patience: float = 10.0) -> None:
+def wait_until(done: Callable[[], bool], patience: float = 30.0) -> None:
     deadline = time.monotonic() + patience
     while not done():
         assert time.monotonic() < deadline
