@@ -1,0 +1,97 @@
+"""What a mutant is: the lecture's algorithm with one mistake in it, traced pixel by pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from minirt.frame import Frame
+from minirt.quantities import Stage
+from minirt.render import Tile, blank_frame, chosen_quantities, fill, frame_meta, trace_pixels
+from minirt.rules import SLIDES, Rules
+from minirt.scene import Scene
+from minirt.vectors import Floats, Index
+from minirt.whitted import Whitted
+
+#: What becomes of some pixels' values before they are handed over: (n,) or (3, n) each. Only of
+#: values that are there.
+Change = Callable[[Scene, Index, Tile], Tile]
+
+#: Quantities without which a changed output cannot tell which values are to be changed.
+_ALWAYS = ("hit",)
+
+
+@dataclass(frozen=True, eq=False)
+class Mutant:
+    """One wrong version of the lecture's algorithm.
+
+    Attributes
+    ----------
+    name : str
+        In kebab-case.
+    rule : str
+        S1…S16: the rule that it breaks.
+    mistake : str
+        A clause that completes "agrees with rule S2 …": "without the half pixel".
+    sentence : str
+        Why the wrong version looks right, or how one comes to write it.
+    stage : str
+        The first stage, in causal order, that it really breaks.
+    rules : Rules
+        The lecture's, with the mistake in one of them.
+    scene : callable
+        What it makes of the scene before it renders it; the scene itself where that is right.
+    change : callable or None
+        What it does to the finished values.
+    """
+
+    name: str
+    rule: str
+    mistake: str
+    sentence: str
+    stage: Stage
+    rules: Rules = SLIDES
+    scene: Callable[[Scene], Scene] = lambda scene: scene
+    change: Change | None = None
+
+    def render(self, scene: Scene, quantities: str | Iterable[str] | None = None) -> Frame:
+        """The mutant's frame of a scene: all quantities, or some."""
+        names = chosen_quantities(quantities)
+        count = scene.screen.nx * scene.screen.ny
+        arrays = blank_frame(scene, names)
+        fill(arrays, 0, count, self.trace(scene, np.arange(count), names))
+        return Frame(arrays, frame_meta(scene))
+
+    def trace(self, scene: Scene, pixels: Index, quantities: Iterable[str]) -> Tile:
+        """Some pixels' values in some quantities.
+
+        Parameters
+        ----------
+        scene : Scene
+        pixels : (n,) intp
+            Counted along the image's rows from the top left.
+        quantities : iterable of str
+
+        Returns
+        -------
+        dict of str to (n,) or (k, n) array
+        """
+        names = tuple(quantities)
+        whitted = Whitted(self.scene(scene), self.rules)
+        d = directions(whitted, pixels)
+        tile = trace_pixels(whitted, d, frozenset((*names, *_ALWAYS)))
+        tile = {name: tile[name] for name in {*names, *_ALWAYS}}
+        if self.change is not None:
+            tile = tile | self.change(scene, pixels, tile)
+        return {name: tile[name] for name in names}
+
+
+def directions(whitted: Whitted, pixels: Index) -> Floats:
+    """d (3, n) of the rays through some pixels' centres. Source: S1–S3, S5."""
+    screen, rules = whitted.scene.screen, whitted.rules
+    row, column = np.divmod(pixels, screen.nx)
+    i, j = column.astype(np.float64), (screen.ny - 1 - row).astype(np.float64)
+    u_s, v_s = rules.pixel_center(screen, i, j)
+    return rules.ray_direction(rules.model_from_view(rules.view_frame(screen), u_s, v_s))
