@@ -96,7 +96,10 @@ def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis, ...]:
         able = [mutant for mutant in suspects if STAGES.index(mutant.stage) <= stage]
         ranked = _ranked(evidence, able, int(stage), glance, 2 * EXPLAINED / 3)
         finalists = [mutant for mutant, _ in ranked[:_FINALISTS]]
-        named = _ranked(evidence, finalists, int(stage), _sampled(first, SAMPLE), EXPLAINED)
+        named = _ranked(
+            evidence, finalists, int(stage), _sampled(first, SAMPLE), EXPLAINED,
+            tuple(evidence.comparison.ratio),
+        )  # fmt: skip
         if named:
             return tuple(diagnosis for _, diagnosis in named[:most])
     return ()
@@ -121,9 +124,13 @@ def _sampled(first: Array, size: int) -> _Sample:
 
 
 def _ranked(
-    evidence: Evidence, mutants: Iterable[Mutant], stage: int, sample: _Sample, least: float
-) -> list[tuple[Mutant, Diagnosis]]:
-    """Those that explain at least a share of the stage's wrong pixels, best first."""
+    evidence: Evidence, mutants: Iterable[Mutant], stage: int, sample: _Sample, least: float,
+    every: tuple[str, ...] = (),
+) -> list[tuple[Mutant, Diagnosis]]:  # fmt: skip
+    """Those that explain at least a share of the stage's wrong pixels, best first.
+
+    Among mutants that explain a stage alike, agreement in `every` other quantity decides too.
+    """
     found = []
     first = evidence.comparison.first_stage.reshape(-1)[sample.pixels]
     here, before = first == stage, (first < 0) | (first > stage)
@@ -131,37 +138,29 @@ def _ranked(
         return []
     names = _judged(evidence, stage)
     for mutant in mutants:
-        tile = mutant.trace(evidence.scene, sample.pixels, _with_needed(names))
+        tile = mutant.trace(evidence.scene, sample.pixels, dict.fromkeys(("ray", *every, *names)))
         agrees = _agreement(evidence, tile, sample.pixels, names)
         explains = _share(agrees, sample.weight, here)
         kept = _share(agrees, sample.weight, before) if before.any() else 1.0
         enough = (agrees & here).sum() >= min(_FEWEST, here.sum())
         if explains >= least and kept >= KEPT and enough:
-            every = np.ones(len(first), dtype=np.bool_)
+            agreeing, later = (
+                float((sample.weight * which).sum() / sample.weight.sum())
+                for which in (agrees, _agreement(evidence, tile, sample.pixels, every))
+            )
             diagnosis = Diagnosis(
-                mutant.name, mutant.rule, mutant.mistake, STAGES[stage],
-                _share(agrees, sample.weight, every), explains,
-            )  # fmt: skip
-            found.append((_score(diagnosis, kept), mutant, diagnosis))
+                mutant.name, mutant.rule, mutant.mistake, STAGES[stage], agreeing, explains
+            )
+            found.append((explains + kept + later, mutant, diagnosis))
     found.sort(key=lambda entry: entry[0], reverse=True)
     return [(mutant, diagnosis) for _, mutant, diagnosis in found]
-
-
-def _score(diagnosis: Diagnosis, kept: float) -> float:
-    return diagnosis.explains + kept
 
 
 def _judged(evidence: Evidence, stage: int) -> tuple[str, ...]:
     """The quantities that were compared, up to a stage."""
     return tuple(
-        name
-        for name in evidence.comparison.ratio
-        if STAGES.index(QUANTITIES[name].stage) <= stage
+        name for name in evidence.comparison.ratio if STAGES.index(QUANTITIES[name].stage) <= stage
     )
-
-
-def _with_needed(names: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(("ray", *names)))
 
 
 def _agreement(

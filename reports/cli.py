@@ -18,6 +18,7 @@ from reports.cli_doctor import doctor
 from reports.cli_explain import explain
 from reports.cli_export import export
 from reports.cli_gate import gate
+from reports.cli_mutants import mutants
 from reports.cli_render import render
 from reports.cli_rules import rules
 from reports.cli_scenes import scenes
@@ -42,6 +43,7 @@ for command, example in (
     (export, "export atlas:glass-ball --to mitsuba -o glass-ball"),
     (scenes, "scenes glass-ball"),
     (rules, "rules"),
+    (mutants, "mutants --only no-half-pixel,far-root"),
     (doctor, "doctor"),
 ):
     app.command(epilog=f"Example: minirt {example}")(command)

@@ -79,9 +79,7 @@ def _last_missing(
     return polygon_hit(P0, d, (a, b, c), fan_normals[:, :-1], *rest)
 
 
-def _strip(
-    P0: Floats, d: Floats, corners: Corners, fan_normals: Floats, *rest: Any
-) -> PolygonHits:
+def _strip(P0: Floats, d: Floats, corners: Corners, fan_normals: Floats, *rest: Any) -> PolygonHits:
     first, b, c = corners
     a = np.concatenate([first[:, :1], b[:, :-1]], axis=1)
     return polygon_hit(P0, d, (a, b, c), edge_normal(a, b, c), *rest)

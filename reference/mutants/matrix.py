@@ -28,14 +28,12 @@ SIZE = (48, 36)
 SCENES = (
     "ball-on-quad", "alpha", "left-handed-frame", "negative-nu", "non-square-pixels",
     "behind-the-observer", "pentagon-and-octagon", "inside-a-sphere", "inside-glass",
-    "snells-window", "off-axis-screen", "closed-mesh",
+    "snells-window", "closed-mesh",
 )  # fmt: skip
 
-#: A rule that is asked about every pair of a ray and a face takes too long on more faces.
+#: A mutant with a changed rule is not run on more faces: some rules, once replaced, are asked
+#: about every pair of a ray and a face.
 _MOST_FACES = 500
-_OF_EVERY_PAIR = frozenset(
-    {"closer", "in_interval", "sphere", "smallest_root", "triangle", "plane", "polygon"}
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +117,9 @@ def benches() -> tuple[Bench, ...]:
 
 
 def judges(bench: Bench, mutant: Mutant) -> bool:
-    """Whether a mutant is run on a scene: not where every ray would be tried on every face."""
+    """Whether a mutant is run on a scene: on a large mesh only with the lecture's own rules."""
     faces = sum(len(thing.faces) for thing in bench.scene.objects if thing.type == "mesh")
-    return faces <= _MOST_FACES or _OF_EVERY_PAIR.isdisjoint(mutant.rules.changed())
+    return faces <= _MOST_FACES or not mutant.rules.changed()
 
 
 def run_mutant(mutant: Mutant) -> Kill:

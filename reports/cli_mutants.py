@@ -1,0 +1,128 @@
+"""`minirt mutants`: whether the checks notice every mistake in the catalogue."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from reports.console import Json, answers, names_in, print_json, progress
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from reference.mutants.floor import Floor
+    from reference.mutants.matrix import Kill
+
+
+def mutants(
+    only: Annotated[
+        str,
+        typer.Option(metavar="NAMES", help="Mutants to run, separated by commas; all without it."),
+    ] = "",
+    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")] = len(
+        os.sched_getaffinity(0)
+    ),
+    json: Json = False,
+) -> None:
+    """Show that the checks notice wrong versions of the lecture's rules.
+
+    Runs every wrong version, and the right one, through the checks that renderers go through:
+    each must fail, first in the stage that it breaks, and the right one must not.
+    """
+    from reference.mutants.floor import sensitivity_floor
+
+    kills = _run(_chosen(names_in(only)), jobs)
+    honest, wrong = kills[0], kills[1:]
+    floor = sensitivity_floor()
+    if json:
+        print_json(_document(honest, wrong, floor))
+    else:
+        _print(honest, wrong, floor)
+    raise typer.Exit(int(honest.killed or not all(row.killed for row in wrong)))
+
+
+def _chosen(names: Sequence[str]) -> list[str]:
+    from minirt.errors import InputError
+    from reference.mutants import CATALOGUE, HONEST
+
+    unknown = [name for name in names if name not in CATALOGUE]
+    if unknown:
+        raise InputError(
+            "no such mutant",
+            got=", ".join(unknown)[:200],
+            expected="a name that minirt mutants prints",
+        )
+    return [HONEST.name, *(names or CATALOGUE)]
+
+
+def _run(names: Sequence[str], jobs: int) -> list[Kill]:
+    """The rows, in order; each in a child process."""
+    from reference.isolate import Workers
+    from reference.mutants.matrix import kill
+
+    rows: list[Kill] = []
+    with progress("mutants") as tell, Workers(min(jobs, len(names))) as workers:
+        started = [workers.submit(None, kill, name) for name in names]
+        for job in started:
+            outcome = job.outcome()
+            if outcome.state != "done":
+                raise RuntimeError(f"a mutant could not be run: {outcome.reason}")
+            rows.append(outcome.value)
+            tell(len(rows), len(names))
+    return rows
+
+
+def _document(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> dict[str, Any]:
+    rows = [
+        vars(row) | {"failed": list(row.failed), "killed": row.killed, "found": row.found}
+        for row in wrong
+    ]
+    return {
+        "mutants": rows,
+        "killed": sum(row.killed for row in wrong),
+        "right_stage": sum(row.right_stage for row in wrong),
+        "false_alarms": len(honest.failed),
+        "floor": vars(floor),
+    }
+
+
+def _print(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from minirt.quantities import STAGES
+
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
+    shown = {"reflection": "refl", "refraction": "refr", "secondary": "next", "normal": "norm"}
+    table.add_column("mutant", no_wrap=True)
+    for stage in STAGES:
+        table.add_column(shown.get(stage, stage), justify="right", no_wrap=True)
+    for row in (honest, *wrong):
+        name = f"{row.rule:3} {row.mutant}" if row is not honest else "the lecture's own rules"
+        cells = [str(row.charged[stage] or "·") for stage in STAGES]
+        table.add_row(Text(name, style="bold red" if _odd(row, honest) else ""), *cells)
+    console = answers()
+    console.print(table)
+    for line in _summary(honest, wrong, floor):
+        console.print(line, soft_wrap=True)
+
+
+def _odd(row: Kill, honest: Kill) -> bool:
+    """Whether a row is not as it should be."""
+    return row.killed if row is honest else not (row.killed and row.right_stage)
+
+
+def _summary(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> list[str]:
+    killed, right = sum(row.killed for row in wrong), sum(row.right_stage for row in wrong)
+    survivors = [row.mutant for row in wrong if not row.killed]
+    lines = [
+        "",
+        "Pixels charged to each stage, the first one in which they are wrong.",
+        f"{killed} of {len(wrong)} mutants killed, {right} by the stage that they really break; "
+        f"false alarms on the lecture's own rules: {len(honest.failed)} of {honest.scenes} scenes.",
+        f"Smallest errors caught: {floor.pixels} pixel of a mask; relative {floor.depth:.1e} in "
+        f"depth, {floor.angle:.1e} rad in a normal, relative {floor.colour:.1e} in colour.",
+    ]
+    return [*lines, f"Not noticed: {', '.join(survivors)}"] if survivors else lines
