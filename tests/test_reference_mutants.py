@@ -11,6 +11,8 @@ import pytest
 
 from minirt.quantities import STAGES
 from minirt.rules import SLIDES, Rules
+from minirt.screen import VirtualScreen
+from minirt.vectors import Floats
 from reference.mutants import CATALOGUE, HONEST, Mutant
 from reference.mutants.floor import Floor, sensitivity_floor
 from reference.mutants.matrix import Kill, benches, kill_matrix, run_mutant
@@ -70,8 +72,11 @@ def test_the_lectures_own_rules_raise_no_alarm(kills: dict[str, Kill]) -> None:
 
 
 def test_a_mutant_that_makes_no_mistake_survives() -> None:
-    planted = Mutant("planted", "S2", "with nothing", "It is right.", "ray",
-                     SLIDES.replace(pixel_center=lambda s, i, j: SLIDES.pixel_center(s, i, j)))  # fmt: skip
+    def copied(screen: VirtualScreen, i: Floats, j: Floats) -> tuple[Floats, Floats]:
+        return SLIDES.pixel_center(screen, i, j)
+
+    rules = SLIDES.replace(pixel_center=copied)
+    planted = Mutant("planted", "S2", "with nothing", "It is right.", "ray", rules)
     row = run_mutant(planted)
     assert not row.killed
     assert row.found is None

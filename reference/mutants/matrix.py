@@ -10,7 +10,7 @@ import numpy as np
 
 from minirt.frame import Frame
 from minirt.quantities import STAGES, Stage
-from minirt.scene import Scene, load_scene
+from minirt.scene import Facets, Scene, load_scene
 from reference.compare import Comparison, compare
 from reference.mutants import CATALOGUE, HONEST
 from reference.mutants.mutant import Mutant
@@ -21,8 +21,8 @@ from reference.stability import Exact, Stability, exact_answer, stability_of
 #: Columns and rows of the pictures.
 SIZE = (48, 36)
 
-#: The atlas scenes that the mutants are run on. Beside the usual ones: an off-axis screen and
-#: another handedness, ν of either sign and not 1, pixels that are not square, an observer inside
+#: The atlas scenes that the mutants are run on. Beside the usual ones: off-axis screens, another
+#: handedness, ν of either sign and not 1, pixels that are not square, an observer inside
 #: a sphere and inside glass, polygons of many corners, objects behind the observer,
 #: mirrors, total reflection, a closed mesh of 5,000 triangles.
 SCENES = (
@@ -118,13 +118,13 @@ def benches() -> tuple[Bench, ...]:
 
 def judges(bench: Bench, mutant: Mutant) -> bool:
     """Whether a mutant is run on a scene: on a large mesh only with the lecture's own rules."""
-    faces = sum(len(thing.faces) for thing in bench.scene.objects if thing.type == "mesh")
+    faces = sum(len(t.faces) for t in bench.scene.objects if isinstance(t, Facets))
     return faces <= _MOST_FACES or not mutant.rules.changed()
 
 
 def run_mutant(mutant: Mutant) -> Kill:
     """One row of the matrix."""
-    charged = dict.fromkeys(STAGES, 0)
+    charged: dict[str, int] = dict.fromkeys(STAGES, 0)
     failed = []
     chosen = [bench for bench in benches() if judges(bench, mutant)]
     for bench in chosen:

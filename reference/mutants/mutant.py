@@ -81,7 +81,8 @@ class Mutant:
         names = tuple(quantities)
         whitted = Whitted(self.scene(scene), self.rules)
         d = directions(whitted, pixels)
-        tile = trace_pixels(whitted, d, frozenset((*names, *_ALWAYS)))
+        with np.errstate(all="ignore"):  # a wrong rule may overflow, which is its own mistake
+            tile = trace_pixels(whitted, d, frozenset((*names, *_ALWAYS)))
         tile = {name: tile[name] for name in {*names, *_ALWAYS}}
         if self.change is not None:
             tile = tile | self.change(scene, pixels, tile)

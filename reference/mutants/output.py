@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from minirt.frame import Array
@@ -13,18 +15,19 @@ from minirt.vectors import Index, dot
 from reference.mutants.mutant import Change, Mutant
 
 
-def _each(name: str, change: object) -> Change:
+def _each(name: str, change: Callable[[Array], Array]) -> Change:
     """A change of one quantity alone, where it is given."""
 
     def changed(scene: Scene, pixels: Index, tile: Tile) -> Tile:
-        return {name: change(tile[name])} if name in tile else {}  # type: ignore[operator]
+        return {name: change(tile[name])} if name in tile else {}
 
     return changed
 
 
 def _half(values: Array) -> Array:
     with np.errstate(over="ignore"):
-        return values.astype(np.float16).astype(values.dtype)
+        rounded: Array = values.astype(np.float16).astype(values.dtype)
+    return rounded
 
 
 def _gamma(values: Array) -> Array:
@@ -37,11 +40,13 @@ def _cut(values: Array) -> Array:
 
 
 def _bytes(values: Array) -> Array:
-    return np.rint(values * 255) / 255
+    rounded: Array = np.rint(values * 255) / 255
+    return rounded
 
 
 def _packed(values: Array) -> Array:
-    return values * 0.5 + 0.5
+    packed: Array = values * 0.5 + 0.5
+    return packed
 
 
 def _zero_for_none(values: Array) -> Array:
