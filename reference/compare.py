@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -126,6 +126,7 @@ def compare(
     unsupported: Mapping[str, str],
     names: Iterable[str] = tuple(QUANTITIES),
     required: Collection[str] = (),
+    pictures: bool = True,
 ) -> Comparison:
     """Judge every quantity that the other frame gives.
 
@@ -148,6 +149,8 @@ def compare(
         The quantities to compare.
     required : collection of str
         Those of them that must be given: without one the check fails.
+    pictures : bool
+        Whether whole pictures are compared too, by SSIM and FLIP, beside the pixels.
     """
     names = tuple(names)
     ratios = {
@@ -161,7 +164,8 @@ def compare(
     for name in names:
         stage = QUANTITIES[name].stage
         if name in ratios:
-            checks.append(_check(name, ours, theirs, stability, ratios[name], first_stage, floor))
+            check = _check(name, ours, theirs, stability, ratios[name], first_stage, floor)
+            checks.append(_with_pictures(check, ours, theirs, stability) if pictures else check)
         elif name in theirs:
             got = "×".join(map(str, theirs[name].shape[1::-1]))
             reason = f"the image is {got}, expected {ours.size[1]}×{ours.size[0]}"
@@ -223,8 +227,6 @@ def _check(
     given = _has_value(quantity, ours[name])
     wrong = ratio > 1
     here = STAGES.index(quantity.stage)
-    ssim = ssim_of(name, ours, theirs, _usual_tolerance(stability.tolerance.get(name), certain))
-    flip = flip_of(name, ours, theirs)
     check = Check(
         quantity=name,
         stage=quantity.stage,
@@ -241,8 +243,31 @@ def _check(
         flip=flip,
         flip_ceiling=None if flip is None else flip_ceiling(1 - float(certain.mean())),
     )
+    return _judged(check)
+
+
+def _with_pictures(check: Check, ours: Frame, theirs: Frame, stability: Stability) -> Check:
+    """The check with the similarity of the whole pictures, judged again."""
+    name = check.quantity
+    certain = stability.certain[name]
+    ssim = ssim_of(name, ours, theirs, _usual_tolerance(stability.tolerance.get(name), certain))
+    flip = flip_of(name, ours, theirs)
+    if ssim is None and flip is None:
+        return check
+    return _judged(
+        replace(
+            check,
+            ssim=ssim,
+            ssim_floor=None if ssim is None else ssim_floor(name, 1 - float(certain.mean())),
+            flip=flip,
+            flip_ceiling=None if flip is None else flip_ceiling(1 - float(certain.mean())),
+        )
+    )
+
+
+def _judged(check: Check) -> Check:
     reason = _fault(check)
-    return check if not reason else _failed(check, reason)
+    return check if not reason else replace(check, state="failed", reason=reason)
 
 
 def _usual_tolerance(tolerance: Floats | None, certain: Bools) -> float:
@@ -269,10 +294,6 @@ def _fault(check: Check) -> str:
     ):
         return f"FLIP {check.flip:.5f} is above its ceiling {check.flip_ceiling:.3g}"
     return ""
-
-
-def _failed(check: Check, reason: str) -> Check:
-    return Check(**{**vars(check), "state": "failed", "reason": reason})
 
 
 def _has_value(quantity: Quantity, values: Array) -> Bools:

@@ -82,7 +82,7 @@ NOISES = (
 def evidence_of(bench: Bench, frame: Frame, declared: Declared | None = None) -> Evidence:
     """What a run of verify knows of a subject that gave this frame."""
     stability = bench.stability if declared is None else stability_of(bench.exact, declared)
-    comparison = compare(bench.scene, bench.exact.frame, stability, frame, {})
+    comparison = compare(bench.scene, bench.exact.frame, stability, frame, {}, pictures=False)
     return Evidence(bench.scene, "subject", bench.exact.frame, frame, stability, comparison)
 
 
