@@ -238,10 +238,6 @@ def _check(
         wrong=int(wrong.sum()),
         first_wrong=int((wrong & (first_stage == here)).sum()),
         worst=_worst(quantity, ours[name], theirs[name], stability, ratio),
-        ssim=ssim,
-        ssim_floor=None if ssim is None else ssim_floor(name, 1 - float(certain.mean())),
-        flip=flip,
-        flip_ceiling=None if flip is None else flip_ceiling(1 - float(certain.mean())),
     )
     return _judged(check)
 
