@@ -41,6 +41,8 @@ class Evidence:
 
 #: Makes something small for a report of the evidence; runs in a child process: must be picklable.
 Digest = Callable[[Evidence], Any]
+#: Names what explains a failure, best first, each with a `sentence`; runs where the arrays are.
+Diagnose = Callable[[Evidence], tuple[Any, ...]]
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ class ReferenceResult:
         Its last output, where it crashed, timed out or failed.
     digest : object
         What the caller's `Digest` made of the evidence; None where there is none.
+    diagnosis : tuple or None
+        What the caller's `Diagnose` found in a failure, best first; None where nothing failed.
     """
 
     reference: str
@@ -70,6 +74,7 @@ class ReferenceResult:
     seconds: float = 0.0
     output: str = ""
     digest: Any = None
+    diagnosis: tuple[Any, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +120,7 @@ class _Verdict:
     """What judging one scene hands back."""
 
     comparisons: dict[str, tuple[tuple[Check, ...], Any]]
+    diagnoses: dict[str, tuple[Any, ...]]
     quorum: tuple[Quorum, ...]
     judgement: Judgement
     seconds: float
@@ -131,6 +137,7 @@ def verify(
     draw: Draw | None = None,
     required: Collection[str] = (),
     cache: Cache | None = None,
+    diagnose: Diagnose | None = None,
 ) -> Iterator[SceneResult]:
     """Compare minirt with references on scenes; yield each scene's result when it is known.
 
@@ -155,6 +162,8 @@ def verify(
         Quantities that every reference must give.
     cache : Cache, optional
         Where minirt's own frames and their stability are kept from run to run.
+    diagnose : callable, optional
+        Called in a child with the `Evidence` of each failure.
 
     Yields
     ------
@@ -162,7 +171,7 @@ def verify(
         In the order of `scenes`.
     """
     names = tuple(quantities)
-    options = names, digest, draw, tuple(required), cache
+    options = names, digest, draw, tuple(required), cache, diagnose
     with (
         TemporaryDirectory(prefix="minirt-") as scratch,
         Workers(_within(jobs, len(scenes) * len(references))) as theirs,
@@ -195,6 +204,7 @@ def judge(
     draw: Draw | None = None,
     required: Collection[str] = (),
     cache: Cache | None = None,
+    diagnose: Diagnose | None = None,
 ) -> _Verdict:
     """Compare the references' frames of one scene with minirt's. Runs in a child process.
 
@@ -204,6 +214,7 @@ def judge(
     start = time.perf_counter()
     comparisons: dict[str, Comparison] = {}
     digests: dict[str, Any] = {}
+    diagnoses: dict[str, tuple[Any, ...]] = {}
     exact = exact_answer(scene) if cache is None else cache.exact(scene)
     ours = exact.frame
     groups: dict[Declared, list[_Answered]] = {}
@@ -221,11 +232,15 @@ def judge(
             comparisons[name] = comparison
             evidence = Evidence(scene, name, ours, theirs, stability, comparison)
             digests[name] = digest(evidence) if digest else None
+            if diagnose is not None and any(check.wrong for check in comparison.checks):
+                diagnoses[name] = diagnose(evidence)
     checks = {name: (c.checks, digests[name]) for name, c in comparisons.items()}
     judgement = _judgement(scene, ours, comparisons, names)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds = time.perf_counter() - start
-    return _Verdict(checks, quorum_of(comparisons, names, draw), judgement, seconds, peak)
+    return _Verdict(
+        checks, diagnoses, quorum_of(comparisons, names, draw), judgement, seconds, peak
+    )
 
 
 def _stability(exact: Exact, error: Declared, given: set[str], cache: Cache | None) -> Stability:
@@ -333,5 +348,6 @@ def _compared(entry: ReferenceResult | _Answered, verdict: _Verdict) -> Referenc
         return entry
     checks, digest = verdict.comparisons[entry.reference]
     return ReferenceResult(
-        entry.reference, entry.program, checks, entry.declared, entry.seconds, "", digest
-    )
+        entry.reference, entry.program, checks, entry.declared, entry.seconds, "", digest,
+        verdict.diagnoses.get(entry.reference),
+    )  # fmt: skip

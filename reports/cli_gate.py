@@ -202,6 +202,7 @@ def gate(
     from minirt import load_scene
     from minirt.render import chosen_quantities
     from minirt.scene import atlas_names
+    from reference.diagnose import diagnose
     from reports.record import results_document
     from reports.run import run_verify
     from reports.terminal import print_run
@@ -225,7 +226,7 @@ def gate(
             lambda _, total: tell(next(done), total), timeout=timeout + GRACE,
             quantities=chosen_quantities(quantities or None),
             given=chosen_quantities(require) if require else (),
-            cache=None if no_cache else usual_cache(), baseline=known,
+            cache=None if no_cache else usual_cache(), baseline=known, diagnose=diagnose,
         )  # fmt: skip
     print_run(run, people() if json else answers())
     if json:

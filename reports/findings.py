@@ -84,6 +84,28 @@ def failing(results: Iterable[SceneResult]) -> Iterator[Finding]:
     yield from sorted(cells, key=lambda cell: is_consequence(cell[2]))
 
 
+def diagnosed(results: Iterable[SceneResult]) -> Iterator[tuple[SceneResult, ReferenceResult, str]]:
+    """What explains each failure that a diagnosis was asked for, best first, in a clause."""
+    for result in results:
+        for answer in result.references:
+            if answer.diagnosis is not None:
+                named = [each.sentence for each in answer.diagnosis]
+                none = "none of the known mistakes explains it"
+                yield result, answer, "; or ".join(named[:1]) or none
+
+
+def likeliest(results: Iterable[SceneResult]) -> str:
+    """The mistake that explains most failures, in a clause; empty where none was looked for."""
+    found = [answer.diagnosis for _, answer, _ in diagnosed(results)]
+    first = [named[0] for named in found if named]
+    if not first:
+        return "none of the known mistakes explains it" if found else ""
+    most = max(first, key=lambda each: sum(other.mutant == each.mutant for other in first))
+    number = sum(other.mutant == most.mutant for other in first)
+    where = f" ({number} of {len(found)} failing scenes)" if len(found) > 1 else ""
+    return f"{most.sentence}{where}"
+
+
 @dataclass(frozen=True)
 class Silence:
     """A reference that gave no answer, for the same reason on one scene or more.

@@ -230,10 +230,16 @@ def _answer(answer: ReferenceResult) -> dict[str, Any]:
         "silent": state in UNANSWERED,
         "reason": answer.checks[0].reason if state in UNANSWERED else "",
         "output": answer.output.strip(),
+        "diagnosis": "" if answer.diagnosis is None else _diagnosis(answer),
         "seconds": answer.seconds,
         "declared": declared,
         "errors": [] if declared is None else _errors(declared),
     }
+
+
+def _diagnosis(answer: ReferenceResult) -> str:
+    named = [each.sentence for each in answer.diagnosis or ()]
+    return "; or it ".join(named) or "none of the known mistakes explains it"
 
 
 def _errors(declared: Declared) -> list[tuple[str, str]]:

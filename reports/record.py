@@ -141,6 +141,10 @@ class AnswerModel(Model):
     declared: DeclaredModel | None
     output: str = Field(description="its last output, where it gave no answer")
     checks: list[CheckModel]
+    diagnosis: list[str] | None = Field(
+        default=None,
+        description="known mistakes that explain the failure, best first; null: none looked for",
+    )
 
 
 class QuorumModel(Model):
@@ -298,7 +302,12 @@ def _answer(answer: ReferenceResult) -> AnswerModel:
         declared=None if answer.declared is None else _declared(answer.declared),
         output=answer.output,
         checks=[_check(check) for check in answer.checks],
+        diagnosis=_diagnosis(answer),
     )
+
+
+def _diagnosis(answer: ReferenceResult) -> list[str] | None:
+    return None if answer.diagnosis is None else [each.sentence for each in answer.diagnosis]
 
 
 def _check(check: Check) -> CheckModel:

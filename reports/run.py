@@ -14,7 +14,7 @@ from minirt.scene import Scene
 from reference.cache import Cache
 from reference.isolate import Workers
 from reference.source import Reference
-from reference.verify import TIMEOUT, SceneResult, verify
+from reference.verify import TIMEOUT, Diagnose, SceneResult, verify
 from reports.baseline import Baseline
 from reports.digest import agreement_of, pictures_of
 from reports.junit import junit_xml
@@ -50,6 +50,7 @@ def run_verify(
     given: Collection[str] = (),
     cache: Cache | None = None,
     baseline: Baseline | None = None,
+    diagnose: Diagnose | None = None,
 ) -> Run:
     """Compare minirt with references on scenes, and write the reports into a folder.
 
@@ -76,6 +77,8 @@ def run_verify(
         Where minirt's own frames and their stability are kept from run to run.
     baseline : Baseline, optional
         Failures that are known, and excused for a time.
+    diagnose : callable, optional
+        Names what explains a failure.
 
     Returns
     -------
@@ -93,7 +96,16 @@ def run_verify(
     with Workers(1) as painters:
         painted = [painters.submit(timeout, portrait_of, scene) for scene in scenes]
         for result in verify(
-            scenes, references, jobs, pictures_of, timeout, quantities, agreement_of, given, cache
+            scenes,
+            references,
+            jobs,
+            pictures_of,
+            timeout,
+            quantities,
+            agreement_of,
+            given,
+            cache,
+            diagnose,
         ):
             results.append(result)
             if progress is not None:

@@ -6,7 +6,7 @@ import re
 
 from reference.verify import ReferenceResult
 from reports.coverage import gap_in_words, gaps, not_checked, not_compared
-from reports.findings import answer_in_words, answer_state, counts, failing, silent
+from reports.findings import answer_in_words, answer_state, counts, diagnosed, failing, silent
 from reports.judgement import convicted, judgement_in_words
 from reports.record import Run
 from reports.words import ICONS, count, figure, icon, is_consequence, one_line, worst_in_words
@@ -73,6 +73,10 @@ def _failing(run: Run) -> list[str]:
         lines.append(_row(result.scene.name, answer.reference, check.quantity, what, detail))
     if len(cells) > MOST_ROWS:
         lines += ["", f"… and {len(cells) - MOST_ROWS} more."]
+    lines += [""] + [
+        f"- {escaped(f'{result.scene.name}: {answer.reference} {words}')}"
+        for result, answer, words in diagnosed(run.results)
+    ][:MOST_ROWS]
     if any(is_consequence(check) for _, _, check in cells):
         lines += ["", "↳ every wrong pixel was wrong at an earlier stage already."]
     return [*lines, ""]

@@ -15,6 +15,7 @@ from reports.findings import (
     answer_in_words,
     answer_state,
     checks_of,
+    diagnosed,
     failing,
     least_certain,
     silent,
@@ -54,6 +55,8 @@ def print_run(run: Run, console: Console) -> None:
         _say(console, _failure(cell))
     if len(cells) > MOST_LINES:
         _say(console, Text(f"  … and {len(cells) - MOST_LINES} more in the report", "dim"))
+    for result, answer, words in list(diagnosed(run.results))[:MOST_LINES]:
+        _say(console, Text(f"→ {one_line(result.scene.name)} × {answer.reference}: {words}"))
     for result in convicted(run.results):
         _conviction(console, result)
     for group in silent(run.results):

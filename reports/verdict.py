@@ -8,7 +8,14 @@ from typing import Literal
 
 from reference.verify import SceneResult
 from reports.coverage import why_not
-from reports.findings import checks_of, first_wrong_stage, scene_counts, scene_state, worst_check
+from reports.findings import (
+    checks_of,
+    first_wrong_stage,
+    likeliest,
+    scene_counts,
+    scene_state,
+    worst_check,
+)
 from reports.judgement import all_in_words, convicted
 from reports.words import COMPARED, UNANSWERED, count, listed, one_line, share, times
 
@@ -108,6 +115,8 @@ def _failure(results: Sequence[SceneResult]) -> str:
     found = list(convicted(results))
     if found:
         whys.append(f"exact arithmetic convicts minirt on {_of(len(found), len(results))}")
+    mistake = likeliest(results)
+    whys += [mistake] if mistake else []
     why = "; ".join(whys) or "no pixel is wrong, but a floor or a ceiling is not kept"
     return f"FAIL: {_of(failed, len(results))}; {why}"
 
