@@ -15,6 +15,7 @@ from rich.text import Text
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
 from reference.compare import error_of
+from reference.diagnose import diagnose
 from reference.source import Reference
 from reference.verify import Evidence, verify
 from reports.json_model import spelled
@@ -60,11 +61,14 @@ class SecondOpinion:
         In causal order; only what it gives.
     trouble : str
         Why there is nothing, where there is nothing; else empty.
+    mistake : str
+        What explains the whole picture's failure, in a clause; empty where nothing does.
     """
 
     name: str
     rows: tuple[Row, ...]
     trouble: str = ""
+    mistake: str = ""
 
     @property
     def first(self) -> Row | None:
@@ -85,9 +89,10 @@ class SecondOpinion:
             )
         rule = QUANTITIES[row.quantity].rules[0]
         ours, theirs = (values(row.quantity, list(v)) for v in (row.ours, row.theirs))
+        why = f" Over the whole picture it {self.mistake}." if self.mistake else ""
         return (
             f"The first wrong stage is {row.stage}: {row.quantity} is {ours}, {self.name} has "
-            f"{theirs}. Look at rule {rule} ({RULE_NAMES[rule]})."
+            f"{theirs}. Look at rule {rule} ({RULE_NAMES[rule]}).{why}"
         )
 
     def to_dict(self) -> dict[str, object]:
@@ -123,11 +128,12 @@ def second_opinion(
         Seconds for its rendering.
     """
     digest: Callable[[Evidence], tuple[Row, ...]] = partial(rows_at, row, column)
-    (result,) = verify([scene], [subject], 1, digest, timeout)
+    (result,) = verify([scene], [subject], 1, digest, timeout, diagnose=diagnose)
     (answer,) = result.references
     if answer.digest is None:
         return SecondOpinion(subject.name, (), answer.checks[0].reason)
-    return SecondOpinion(subject.name, answer.digest)
+    named = [each.sentence for each in answer.diagnosis or ()]
+    return SecondOpinion(subject.name, answer.digest, mistake="".join(named[:1]))
 
 
 def rows_at(row: int, column: int, evidence: Evidence) -> tuple[Row, ...]:

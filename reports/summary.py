@@ -73,7 +73,8 @@ def _failing(run: Run) -> list[str]:
         lines.append(_row(result.scene.name, answer.reference, check.quantity, what, detail))
     if len(cells) > MOST_ROWS:
         lines += ["", f"… and {len(cells) - MOST_ROWS} more."]
-    lines += [""] + [
+    lines.append("")
+    lines += [
         f"- {escaped(f'{result.scene.name}: {answer.reference} {words}')}"
         for result, answer, words in diagnosed(run.results)
     ][:MOST_ROWS]

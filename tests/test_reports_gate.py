@@ -94,6 +94,9 @@ def test_a_mistake_fails_and_names_its_stage(gate: Gate) -> None:
     status, document = gate("--python", "gate_subjects:no_half_pixel")
     assert status == 1
     assert document["scenes"][0]["first_wrong_stage"] == "ray"
+    assert "agrees with rule S2 without the half pixel" in document["verdict"]["sentence"]
+    named = document["scenes"][0]["references"][0]["diagnosis"]
+    assert named[0].startswith("agrees with rule S2 without the half pixel")
 
 
 def test_float32_passes_as_float32_and_not_as_float64(gate: Gate) -> None:

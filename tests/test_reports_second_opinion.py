@@ -42,6 +42,7 @@ def test_both_are_shown_with_the_tolerance_and_the_first_wrong_stage(
     assert other["quantities"][0]["state"] == "wrong"
     assert "first wrong stage is ray" in other["sentence"]
     assert "S1" in other["sentence"]
+    assert "agrees with rule S2 without the half pixel" in other["sentence"]
     frame = minirt.render(small_scene())
     rows = {row["quantity"]: row for row in other["quantities"]}
     assert rows["depth"]["ours"] == [frame["depth"][18, 24]]
