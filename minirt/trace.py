@@ -20,8 +20,8 @@ _PAIRS = 65_536
 _BATCH = 4_096
 #: A limit below every t: of a ray whose question is answered.
 _ANSWERED = -1e300
-#: Rules that decide what a ray meets.
-_ASKED_OF_EVERY_PAIR = frozenset(
+#: Rules that decide what a ray meets: once replaced, they are asked about every pair.
+ASKED_OF_EVERY_PAIR = frozenset(
     {"closer", "in_interval", "sphere", "smallest_root", "triangle", "plane", "polygon"}
 )
 
@@ -116,7 +116,7 @@ class _Query:
         #: Largest t that can still matter, for culling only.
         self.limit = self.t1.copy()
         #: Boxes hold the lecture's shapes only: a replaced rule is asked about every pair.
-        self.culls = _ASKED_OF_EVERY_PAIR.isdisjoint(rules.changed())
+        self.culls = ASKED_OF_EVERY_PAIR.isdisjoint(rules.changed())
 
     def run(self) -> Hits:
         geometry = self.geometry

@@ -17,6 +17,8 @@ import numpy as np
 
 from minirt.frame import Array
 from minirt.quantities import QUANTITIES, STAGES
+from minirt.scene import Facets, Scene
+from minirt.trace import ASKED_OF_EVERY_PAIR
 from minirt.vectors import Bools, Floats, Index
 from reference.mutants import CATALOGUE, Mutant
 from reference.verify import Evidence
@@ -33,6 +35,9 @@ EXPLAINED, KEPT = 0.5, 0.9
 #: Fewest pixels a mutant has to explain, so that no name rests on one of them by chance.
 _FEWEST = 2
 _SEED = 20_240_229
+#: Surfaces of a scene beyond which a wrong rule that decides what rays meet is no suspect: every
+#: ray would be tried on every surface, for minutes.
+_MOST_SURFACES = 100
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,7 @@ def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis, ...]:
     if not (first >= 0).any():
         return ()
     glance = _sampled(first, GLANCE)
-    suspects: Iterable[Mutant] = CATALOGUE.values()
+    suspects = [mutant for mutant in CATALOGUE.values() if _affordable(evidence.scene, mutant)]
     for stage in np.unique(first[first >= 0]):
         able = [mutant for mutant in suspects if STAGES.index(mutant.stage) <= stage]
         ranked = _ranked(evidence, able, int(stage), glance, 2 * EXPLAINED / 3)
@@ -103,6 +108,12 @@ def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis, ...]:
         if named:
             return tuple(diagnosis for _, diagnosis in named[:most])
     return ()
+
+
+def _affordable(scene: Scene, mutant: Mutant) -> bool:
+    """Whether a mutant's rays can be traced in the time that a diagnosis may take."""
+    surfaces = sum(len(t.faces) if isinstance(t, Facets) else 1 for t in scene.objects)
+    return surfaces <= _MOST_SURFACES or ASKED_OF_EVERY_PAIR.isdisjoint(mutant.rules.changed())
 
 
 def _sampled(first: Array, size: int) -> _Sample:
