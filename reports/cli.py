@@ -17,6 +17,7 @@ import typer
 from reports.cli_doctor import doctor
 from reports.cli_explain import explain
 from reports.cli_export import export
+from reports.cli_fuzz import fuzz
 from reports.cli_gate import gate
 from reports.cli_mutants import mutants
 from reports.cli_render import render
@@ -40,6 +41,7 @@ for command, example in (
     (explain, "explain atlas:glass-ball --pixel 128 96"),
     (verify, "verify atlas:glass-ball --reference mitsuba --out report"),
     (gate, "gate --cmd './my-tracer {scene} {out}' --precision float32 --require hit,depth"),
+    (fuzz, "fuzz --seed 7 --scenes 100 --time 60 --reference mitsuba,embree --out fuzz"),
     (export, "export atlas:glass-ball --to mitsuba -o glass-ball"),
     (scenes, "scenes glass-ball"),
     (rules, "rules"),

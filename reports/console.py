@@ -54,12 +54,12 @@ def names_in(text: str) -> list[str]:
 
 def answers() -> Console:
     """Where a command's answer goes that was not asked for as JSON."""
-    return _console(sys.stdout)
+    return console_on(sys.stdout)
 
 
 def people() -> Console:
     """Where progress, remarks and errors go."""
-    return _console(sys.stderr)
+    return console_on(sys.stderr)
 
 
 def print_json(document: Any) -> None:
@@ -98,7 +98,8 @@ def indented(text: str, columns: int, console: Console) -> str:
     )  # fmt: skip
 
 
-def _console(stream: TextIO) -> Console:
+def console_on(stream: TextIO) -> Console:
+    """A console that writes to a stream; plain text where that is no terminal."""
     from rich.console import Console
     from rich.theme import Theme
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping
 
@@ -10,7 +11,7 @@ from rich.text import Text
 
 from minirt.explain import Explanation
 from minirt.explain_steps import Step, Value
-from reports.console import answers, indented
+from reports.console import answers, console_on, indented
 from reports.words import one_line
 
 #: Characters before a step's sentence; its numbers stand two further in.
@@ -21,7 +22,17 @@ _DIGITS = 12
 
 def print_explanation(explanation: Explanation) -> None:
     """Print every step on standard output."""
-    console = answers()
+    _print(explanation, answers())
+
+
+def explanation_text(explanation: Explanation) -> str:
+    """Every step as plain text, as it is printed into a file."""
+    stream = io.StringIO()
+    _print(explanation, console_on(stream))
+    return stream.getvalue()
+
+
+def _print(explanation: Explanation, console: Console) -> None:
     head = Text(one_line(explanation.scene), "bold")
     place = f", column {explanation.column} from the left, row {explanation.row} from the top"
     console.print(head.append(place, "not bold"))

@@ -90,7 +90,7 @@ def run_verify(
     InputError
         The folder cannot be written; nothing was rendered then.
     """
-    folder = _made(Path(out_dir))
+    folder = made_folder(Path(out_dir))
     start, origin = time.perf_counter(), provenance()
     results = []
     with Workers(1) as painters:
@@ -137,7 +137,13 @@ def write_reports(run: Run) -> None:
             path.write_text(make(run), encoding="utf-8", newline="\n")
 
 
-def _made(folder: Path) -> Path:
+def made_folder(folder: Path) -> Path:
+    """A folder that can be written to, made where it is not there.
+
+    Raises
+    ------
+    InputError
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=folder):

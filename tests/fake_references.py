@@ -95,6 +95,38 @@ class Faulty(Honest):
 
 
 @dataclass(frozen=True)
+class InsideOut(Honest):
+    """Its spheres have their normals inside; all of them, or the named one."""
+
+    name: str = "inside-out"
+    only: str = ""
+
+    def changed(self, scene: Scene, arrays: dict[str, Array]) -> Frame:
+        for k, thing in enumerate(scene.objects):
+            if thing.type == "sphere" and self.only in ("", thing.name):
+                arrays["normal"][arrays["object"] == k] *= -1
+        return Frame(arrays)
+
+
+@dataclass(frozen=True)
+class Transparent(Honest):
+    """The named object casts no shadow on the others."""
+
+    name: str = "transparent"
+    only: str = ""
+
+    def changed(self, scene: Scene, arrays: dict[str, Array]) -> Frame:
+        document = scene.to_dict()
+        others = [entry for entry in document["objects"] if entry["name"] != self.only]
+        alone = minirt.load_scene(document | {"objects": others}, folder=scene.folder)
+        lit = minirt.render(alone)["shadow"] == 0
+        names = np.array([thing.name for thing in scene.objects] + [""])
+        elsewhere = names[arrays["object"]] != self.only
+        arrays["shadow"][(arrays["shadow"] == 1) & lit & elsewhere] = 0
+        return Frame(arrays)
+
+
+@dataclass(frozen=True)
 class OnePixel(Honest):
     """Right but for one pixel of the shadow mask, and of the depth at another."""
 

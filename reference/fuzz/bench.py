@@ -1,0 +1,197 @@
+"""One scene before one reference, in worker processes that stay: who is wrong first, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
+
+import numpy as np
+
+from converters.frames import read_frame
+from minirt.frame import Frame
+from minirt.quantities import QUANTITIES, STAGES
+from minirt.scene import Scene
+from reference.compare import Check, Comparison, compare
+from reference.isolate import Job, Outcome, Workers
+from reference.source import Declared, Reference, Unsupported
+from reference.stability import Stability, exact_answer, stability_of
+from reference.verify import TIMEOUT, render_by
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How one scene ended before one reference.
+
+    Attributes
+    ----------
+    state : str
+        passed; failed; not supported; missing; or unjudged, where minirt itself did not answer.
+    stage : str
+        Of a failure: the first wrong stage of `STAGES`, or crashed, timed out, wrong size.
+    quantity : str
+        The quantity of that stage that is furthest off; empty where no pixel is to blame.
+    column, row : int
+        The pixel, from the left and from the TOP.
+    reason : str
+        In a sentence; empty where it passed.
+    certain, judged : int
+        Pixels that were certain, and all, summed over the quantities compared.
+    program, output : str
+        What really ran, and its last output where it gave no answer.
+    """
+
+    state: Literal["passed", "failed", "not supported", "missing", "unjudged"]
+    stage: str = ""
+    quantity: str = ""
+    column: int = 0
+    row: int = 0
+    reason: str = ""
+    certain: int = 0
+    judged: int = 0
+    program: str = ""
+    output: str = ""
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a reference gave, its frame in a file."""
+
+    declared: Declared
+    frame: str
+    given: tuple[str, ...]
+    unsupported: dict[str, str]
+    program: str
+
+
+class Bench:
+    """Worker processes for references, and others for minirt, that outlive one scene.
+
+    Use as a context manager; leaving it ends every process.
+
+    Parameters
+    ----------
+    jobs : int
+        Processes of each kind.
+    timeout : float
+        Seconds that a reference may take for one scene.
+    """
+
+    def __init__(self, jobs: int = 1, timeout: float = TIMEOUT) -> None:
+        self.timeout = timeout
+        self._theirs, self._ours = Workers(jobs), Workers(jobs)
+        self._numbers = count()
+
+    def __enter__(self) -> Bench:
+        self._scratch = TemporaryDirectory(prefix="minirt-")
+        self._theirs.__enter__()
+        self._ours.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._ours.__exit__(*error)
+        self._theirs.__exit__(*error)
+        self._scratch.cleanup()
+
+    def trial(self, scene: Scene, reference: Reference) -> Trial:
+        """How a scene ends before a reference."""
+        return self.trials(scene, [reference])[0]
+
+    def trials(self, scene: Scene, references: Sequence[Reference]) -> list[Trial]:
+        """How a scene ends before each reference."""
+        started = [(reference, self._start(scene, reference)) for reference in references]
+        answers = [_answer(reference, job) for reference, job in started]
+        given = [answer for answer in answers if isinstance(answer, Given)]
+        judged = iter(self._judged(scene, given))
+        return [a if isinstance(a, Trial) else next(judged) for a in answers]
+
+    def _start(self, scene: Scene, reference: Reference) -> Job | None:
+        if reference.missing():
+            return None
+        room = Path(self._scratch.name) / str(next(self._numbers))
+        room.mkdir()
+        return self._theirs.submit(self.timeout, render_by, reference, scene, room)
+
+    def _judged(self, scene: Scene, given: list[Given]) -> list[Trial]:
+        if not given:
+            return []
+        outcome = self._ours.submit(None, judge_all, scene, given).outcome()
+        for answer in given:
+            Path(answer.frame).unlink(missing_ok=True)
+        if outcome.state == "done":
+            trials: list[Trial] = outcome.value
+            return trials
+        reason = f"minirt itself failed: {outcome.reason}"
+        return [Trial("unjudged", reason=reason, output=outcome.output)] * len(given)
+
+
+def try_once(scene: Scene, reference: Reference) -> Trial:
+    """How a scene ends before a reference, in processes of its own."""
+    with Bench() as bench:
+        return bench.trial(scene, reference)
+
+
+def judge_all(scene: Scene, answers: Sequence[Given]) -> list[Trial]:
+    """Compare references' frames of one scene with minirt's. Runs in a child process."""
+    exact = exact_answer(scene)
+    trials = []
+    for answer in answers:
+        theirs = read_frame(answer.frame) if answer.given else Frame({})
+        given, declared = answer.given, answer.declared
+        stability = stability_of(exact, declared, given) if given else Stability({}, {})
+        comparison = compare(scene, exact.frame, stability, theirs, answer.unsupported)
+        trials.append(_verdict(comparison, answer.program))
+    return trials
+
+
+def _answer(reference: Reference, job: Job | None) -> Given | Trial:
+    """What a reference gave, or how it failed to."""
+    if job is None:
+        return Trial("missing", reason=reference.missing() or "")
+    outcome = job.outcome()
+    if outcome.state == "done":
+        a = outcome.value
+        return Given(a.declared, a.frame, a.given, a.unsupported, a.program)
+    return _unanswered(outcome)
+
+
+def _unanswered(outcome: Outcome) -> Trial:
+    if isinstance(outcome.value, Unsupported):
+        return Trial("not supported", reason=str(outcome.value))
+    stage = "timed out" if outcome.state == "timed out" else "crashed"
+    return Trial("failed", stage, reason=outcome.reason, output=outcome.output)
+
+
+def _verdict(comparison: Comparison, program: str) -> Trial:
+    """The first wrong stage of a comparison. Wrong certain pixels decide, and nothing else."""
+    compared = [check for check in comparison.checks if check.pixels]
+    certain, judged = (sum(getattr(c, name) for c in compared) for name in ("certain", "pixels"))
+    for check in comparison.checks:
+        if check.state == "failed" and not check.pixels:
+            return Trial("failed", "wrong size", check.quantity, reason=check.reason)
+    wrong = [check for check in compared if check.first_wrong]
+    if not compared:
+        return Trial("not supported", reason="no quantity of the scene is given", program=program)
+    if not wrong:
+        return Trial("passed", certain=certain, judged=judged, program=program)
+    first = min(wrong, key=lambda check: STAGES.index(check.stage))
+    column, row, name = _worst_pixel(comparison, first)
+    return Trial(
+        "failed", first.stage, name, column, row, f"{name}: {first.reason}",
+        certain, judged, program,
+    )  # fmt: skip
+
+
+def _worst_pixel(comparison: Comparison, first: Check) -> tuple[int, int, str]:
+    """Column, row and quantity furthest off among the pixels whose first wrong stage this is."""
+    here = comparison.first_stage == STAGES.index(first.stage)
+    worst = (-1.0, 0, 0, first.quantity)
+    for name, ratio in comparison.ratio.items():
+        if QUANTITIES[name].stage == first.stage:
+            off = np.where(here & (ratio > 1), ratio, -1.0)
+            row, column = np.unravel_index(int(off.argmax()), off.shape)
+            worst = max(worst, (float(off[row, column]), int(column), int(row), name))
+    return worst[1], worst[2], worst[3]

@@ -1,0 +1,145 @@
+"""`minirt fuzz`: random scenes against references; what fails is shrunk and written down."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from reports.console import Json, answers, names_in, people, print_json, progress
+
+if TYPE_CHECKING:
+    from reference.fuzz.hunt import Hunt
+    from reference.source import Reference
+
+
+def fuzz(
+    reference: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Renderers to compare with, separated by commas, as for verify; all are required. "
+            "Without it those that verify uses.",
+        ),
+    ] = "",
+    seed: Annotated[
+        int, typer.Option(min=0, max=2**32 - 1, help="Scene k of a seed is always the same.")
+    ] = 0,
+    scenes: Annotated[int, typer.Option(min=1, help="At most so many scenes.")] = 100,
+    time: Annotated[
+        float, typer.Option(min=1, metavar="SECONDS", help="After which no scene is begun.")
+    ] = 600,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="DIR", help="Where failures are written.")
+    ] = Path("fuzz"),
+    timeout: Annotated[
+        int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
+    ] = 60,
+    json: Json = False,
+) -> None:
+    """Compare renderers with minirt on random scenes.
+
+    A failure is shrunk to the smallest scene that fails in the same first stage, and written as a
+    scene file, an explanation of its pixel, and a test in Python and in C++.
+    """
+    from reference.fuzz.hunt import hunt
+    from reports.run import made_folder
+
+    judged = _references(names_in(reference))
+    folder = made_folder(out)
+    with progress("fuzz") as tell:
+        found = hunt(
+            seed, judged, scenes, time, timeout=timeout,
+            jobs=min(2, len(judged)), progress=lambda done, _: tell(done, scenes),
+        )  # fmt: skip
+    cases = _written(found, folder)
+    _tell(found, cases)
+    if json:
+        print_json(hunt_document(found, cases))
+    else:
+        answers().print(_summary(found), soft_wrap=True)
+    raise typer.Exit(exit_status(found))
+
+
+def exit_status(found: Hunt) -> int:
+    """0 nothing found; 1 a failure, or too vague; 3 somebody is missing or nothing was compared."""
+    if found.failures or found.vague:
+        return 1
+    return 3 if found.missing or found.unjudged or not found.compared else 0
+
+
+def hunt_document(found: Hunt, cases: list[Path]) -> dict[str, Any]:
+    """A hunt as JSON data."""
+    return {
+        "seed": found.seed,
+        "scenes": found.scenes,
+        "compared": found.compared,
+        "unsupported": found.unsupported,
+        "certain_share": found.certain_share,
+        "certain_floor": _floor(),
+        "missing": dict(found.missing),
+        "unjudged": list(found.unjudged),
+        "seconds": found.seconds,
+        "failures": [
+            {
+                "scene": failure.number,
+                "reference": failure.reference,
+                "stage": failure.shrunk.trial.stage,
+                "quantity": failure.shrunk.trial.quantity,
+                "pixel": [failure.shrunk.trial.column, failure.shrunk.trial.row],
+                "reason": failure.shrunk.trial.reason,
+                "objects": len(failure.shrunk.scene.objects),
+                "folder": str(case),
+            }
+            for failure, case in zip(found.failures, cases, strict=True)
+        ],
+        "exit_status": exit_status(found),
+    }
+
+
+def _references(named: list[str]) -> tuple[Reference, ...]:
+    """Whom to judge: references by name."""
+    from reference.registry import USUAL, choose_references
+
+    return choose_references(named or USUAL)
+
+
+def _written(found: Hunt, folder: Path) -> list[Path]:
+    from reports.fuzz_case import write_case
+
+    return [write_case(failure, folder) for failure in found.failures]
+
+
+def _tell(found: Hunt, cases: list[Path]) -> None:
+    """One line a failure, and what kept scenes from being compared."""
+    from reports.fuzz_case import sentence
+    from reports.words import one_line
+
+    console = people()
+    for failure, case in zip(found.failures, cases, strict=True):
+        console.print(f"✗ {one_line(sentence(failure))}; see {case}", soft_wrap=True)
+    for name, reason in found.missing:
+        console.print(f"! {name} is missing: {one_line(reason)}", soft_wrap=True)
+    for reason in found.unjudged:
+        console.print(f"! {one_line(reason)}", soft_wrap=True)
+
+
+def _summary(found: Hunt) -> str:
+    from reports.words import count, share
+
+    text = (
+        f"Seed {found.seed}: {count(found.scenes, 'scene')}, "
+        f"{count(found.compared, 'comparison')}, {count(len(found.failures), 'failure')}, "
+        f"{found.unsupported} not supported; "
+        f"{share(found.certain, found.judged)} of the pixels certain"
+    )
+    if found.vague:
+        text += f", expected {_floor():.0%}: the declared errors are too large to judge by"
+    return f"{text}; {found.seconds:.1f} s"
+
+
+def _floor() -> float:
+    from reference.fuzz.hunt import HUNT_FLOOR
+
+    return HUNT_FLOOR

@@ -1,0 +1,89 @@
+"""A failure of a hunt as files: the scene, an explanation of its pixel, and two ready tests."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+from converters.atomic import atomic_folder, require_replaceable
+from minirt.explain import explain
+from reference.fuzz.hunt import Failure
+from reference.fuzz.shrink import mesh_files
+from reports.explain_text import explanation_text
+from reports.fuzz_cpp import cpp_test
+from reports.words import count, one_line
+
+#: What the names of a case's files look like: an older case may be replaced, nothing else.
+_FILES = ("scene.json", "explain.txt", "test_*.py", "test_*.cpp", "*.obj", "__pycache__")
+
+_PYTEST = '''\
+"""{about}"""
+
+from pathlib import Path
+
+from minirt import load_scene
+from reference.fuzz.bench import try_once
+from reference.registry import choose_references
+
+
+def test_{name}() -> None:
+    scene = load_scene(Path(__file__).with_name("scene.json"))
+    (reference,) = choose_references([{reference!r}])
+    trial = try_once(scene, reference)
+    assert trial.state == "passed", f"{{trial.state}}, {{trial.stage}}: {{trial.reason}}"
+'''
+
+
+def write_case(failure: Failure, out: Path) -> Path:
+    """Write a failure into a folder of its own below `out`, whole or not at all.
+
+    Parameters
+    ----------
+    failure : Failure
+    out : Path
+        Exists.
+
+    Returns
+    -------
+    Path
+        The folder: scene.json with its meshes, explain.txt, and test_NAME.py and test_NAME.cpp.
+
+    Raises
+    ------
+    InputError
+        It cannot be written, or the folder holds other files than an older case.
+    """
+    folder = out / failure.name
+    require_replaceable(folder, _FILES)
+    with atomic_folder(folder) as new:
+        for file, text in case_texts(failure).items():
+            (new / file).write_text(text, encoding="utf-8", newline="\n")
+        for mesh in mesh_files(failure.shrunk.scene):
+            shutil.copy(mesh, new)
+    return folder
+
+
+def case_texts(failure: Failure) -> dict[str, str]:
+    """The text of each file of a case, by the file's name."""
+    scene, trial, name = failure.shrunk.scene, failure.shrunk.trial, failure.name
+    about = one_line(sentence(failure)).replace("\\", "/").replace('"', "'")
+    document = scene.to_dict() | {"about": about}
+    explanation = explanation_text(explain(scene, trial.column, trial.row))
+    return {
+        "scene.json": json.dumps(document, indent=1, ensure_ascii=False) + "\n",
+        "explain.txt": f"{about}\n\n{explanation}",
+        f"test_{name}.py": _PYTEST.format(about=about, name=name, reference=failure.reference),
+        f"test_{name}.cpp": cpp_test(scene, trial, about),
+    }
+
+
+def sentence(failure: Failure) -> str:
+    """One line for people: who fails what, first in which stage, and how small it became."""
+    scene, trial = failure.shrunk.scene, failure.shrunk.trial
+    screen = scene.screen
+    size = f"{count(len(scene.objects), 'object')}, {screen.nx} × {screen.ny} pixels"
+    return (
+        f"{failure.reference} fails {scene.name}, first in {trial.stage}; "
+        f"{size}, pixel ({trial.column}, {trial.row}): {trial.reason}"
+    )

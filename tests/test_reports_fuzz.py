@@ -1,0 +1,134 @@
+"""`minirt fuzz`: exit statuses, what it prints, and the files that a failure becomes."""
+
+from __future__ import annotations
+
+import json
+import runpy
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fake_references import Honest, InsideOut, Missing
+
+import minirt
+from reference import registry
+from reports.cli import run
+
+INTERSECT = """
+Answer intersect(const double[3], const double[3]) {{
+    Answer answer = expected;
+    answer.object += {wrong};
+    return answer;
+}}
+"""
+
+
+@pytest.fixture
+def fakes(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    fakes: dict[str, Any] = {fake.name: fake for fake in (Honest(), InsideOut(), Missing())}
+    monkeypatch.setattr(registry, "REFERENCES", fakes)
+    monkeypatch.setattr(registry, "USUAL", ("honest",))
+    return fakes
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, Path]:
+    """The exit status and the folder of a hunt that finds one failure."""
+    out = tmp_path_factory.mktemp("hunt")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(registry, "REFERENCES", {"inside-out": InsideOut()})
+        patch.setattr("reference.fuzz.hunt.MOST", 1)
+        status = run(
+            ["fuzz", "--seed", "7", "--scenes", "9", "--reference", "inside-out", "-o", str(out)]
+        )
+    (case,) = out.iterdir()
+    return status, case
+
+
+def test_a_failure_is_written_whole(found: tuple[int, Path]) -> None:
+    status, case = found
+    assert status == 1
+    name = f"test_{case.name}"
+    assert {path.name for path in case.iterdir()} >= {
+        "scene.json", "explain.txt", f"{name}.py", f"{name}.cpp",
+    }  # fmt: skip
+
+
+def test_the_scene_loads_and_is_small(found: tuple[int, Path]) -> None:
+    scene = minirt.load_scene(found[1] / "scene.json")
+    assert len(scene.objects) == 1
+    assert scene.screen.nx <= 8
+    assert scene.screen.ny <= 8
+    assert scene.about.startswith("inside-out fails fuzz-7-")
+    assert "first in normal" in scene.about
+
+
+def test_the_explanation_is_of_the_pixel(found: tuple[int, Path]) -> None:
+    text = (found[1] / "explain.txt").read_text(encoding="utf-8")
+    assert "first in normal" in text
+    assert "the pixel's centre" in text
+    assert "\x1b" not in text
+
+
+def generated_test(case: Path) -> Callable[[], None]:
+    names = runpy.run_path(str(case / f"test_{case.name}.py"))
+    test: Callable[[], None] = names[f"test_{case.name}"]
+    return test
+
+
+def test_the_python_test_fails_with_the_faulty_and_passes_with_an_honest_one(
+    found: tuple[int, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    test = generated_test(found[1])
+    monkeypatch.setattr(registry, "REFERENCES", {"inside-out": InsideOut()})
+    with pytest.raises(AssertionError, match="failed, normal: normal: 1 of 1 certain pixels"):
+        test()
+    monkeypatch.setattr(registry, "REFERENCES", {"inside-out": Honest()})
+    test()
+
+
+def compiler() -> str:
+    found = shutil.which("g++") or shutil.which("c++") or shutil.which("clang++")
+    assert found, "a C++ compiler is needed"
+    return found
+
+
+def test_the_cpp_test_compiles(found: tuple[int, Path]) -> None:
+    source = found[1] / f"test_{found[1].name}.cpp"
+    flags = ["-std=c++17", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+    subprocess.run([compiler(), *flags, str(source)], check=True)
+
+
+@pytest.mark.parametrize("wrong", [0, 1])
+def test_the_cpp_test_judges(found: tuple[int, Path], wrong: int, tmp_path: Path) -> None:
+    text = (found[1] / f"test_{found[1].name}.cpp").read_text(encoding="utf-8")
+    source, program = tmp_path / "test.cpp", tmp_path / "test"
+    source.write_text(text + INTERSECT.format(wrong=wrong), encoding="utf-8")
+    subprocess.run([compiler(), "-std=c++17", str(source), "-o", str(program)], check=True)
+    assert subprocess.run([str(program)], capture_output=True).returncode == wrong
+
+
+@pytest.mark.usefixtures("fakes")
+def test_nothing_found_is_status_0_and_json_is_one_document(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    arguments = ["fuzz", "--seed", "1", "--scenes", "2", "--out", str(tmp_path), "--json"]
+    assert run(arguments) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["scenes"], document["compared"], document["failures"]) == (2, 2, [])
+    assert document["certain_share"] >= document["certain_floor"]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("fakes")
+def test_a_missing_reference_is_status_3_and_an_unknown_one_2(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    fuzz = ["fuzz", "--scenes", "1", "--out", str(tmp_path), "--reference"]
+    assert run([*fuzz, "missing"]) == 3
+    assert "missing is missing: not installed" in capsys.readouterr().err
+    assert run([*fuzz, "nobody"]) == 2
+    assert "unknown reference" in capsys.readouterr().err
