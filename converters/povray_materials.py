@@ -27,6 +27,9 @@ from converters.povray_shapes import vector
 from minirt.scene import Material
 
 Color = tuple[float, float, float]
+#: A share of the strongest channel whose inverse float32 holds too: what is fainter filters
+#: everything, and no filter above it brings that back.
+_FAINTEST = 2.0**-100
 
 
 @dataclass
@@ -57,7 +60,8 @@ def material_fault(material: Material, light: Color, shadow: Color | None) -> st
         channels = zip(light, material.ambient, shadow, strict=True)
         if any(lamp == 0 and lit != dark for lamp, lit, dark in channels):
             return "a shadow colour other than the ambient one, in a channel without light"
-    if material.transmittance and any(material.specular) and not all(material.specular):
+    least = _FAINTEST * max(material.specular)
+    if material.transmittance and any(material.specular) and min(material.specular) <= least:
         return "a highlight that lacks a channel, on something that lets light through"
     return None
 

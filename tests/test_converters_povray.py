@@ -183,6 +183,9 @@ def test_what_layers_cannot_say_is_told() -> None:
     red = {"transmittance": 0.5, "ior": 1.5, "specular": [1.0, 0.0, 0.0]}
     tinted = Material.model_validate(red)
     assert "lacks a channel" in str(material_fault(tinted, LIGHT, None))
+    faint = tinted.model_copy(update={"specular": (1e-51, 0.2, 0.3)})
+    assert "lacks a channel" in str(material_fault(faint, LIGHT, None))
+    assert material_fault(faint.model_copy(update={"transmittance": 0.0}), LIGHT, None) is None
     plain = Material.model_validate({"ambient": [0.1, 0.1, 0.1]})
     assert material_fault(plain, (1.0, 0.0, 1.0), None) is None
     assert material_fault(plain, (1.0, 0.0, 1.0), (0.2, 0.1, 0.0)) is None
