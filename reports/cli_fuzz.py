@@ -10,7 +10,7 @@ import typer
 from reports.console import Json, answers, names_in, people, print_json, progress
 
 if TYPE_CHECKING:
-    from reference.fuzz.hunt import Hunt
+    from reference.fuzz.hunt import Failure, Hunt
     from reference.source import Reference
 
 
@@ -47,14 +47,14 @@ def fuzz(
     from reports.run import made_folder
 
     judged = _references(names_in(reference))
-    folder = made_folder(out)
+    folder, cases = made_folder(out), list[Path]()
     with progress("fuzz") as tell:
         found = hunt(
             seed, judged, scenes, time, timeout=timeout,
             jobs=min(2, len(judged)), progress=lambda done, _: tell(done, scenes),
+            found=lambda failure: cases.append(_written(failure, folder)),
         )  # fmt: skip
-    cases = _written(found, folder)
-    _tell(found, cases)
+    _tell(found)
     if json:
         print_json(hunt_document(found, cases))
     else:
@@ -105,20 +105,21 @@ def _references(named: list[str]) -> tuple[Reference, ...]:
     return choose_references(named or USUAL)
 
 
-def _written(found: Hunt, folder: Path) -> list[Path]:
-    from reports.fuzz_case import write_case
+def _written(failure: Failure, folder: Path) -> Path:
+    """Write a failure into its folder, and say so in a line."""
+    from reports.fuzz_case import sentence, write_case
+    from reports.words import one_line
 
-    return [write_case(failure, folder) for failure in found.failures]
+    case = write_case(failure, folder)
+    people().print(f"✗ {one_line(sentence(failure))}; see {case}", soft_wrap=True)
+    return case
 
 
-def _tell(found: Hunt, cases: list[Path]) -> None:
-    """One line a failure, and what kept scenes from being compared."""
-    from reports.fuzz_case import sentence
+def _tell(found: Hunt) -> None:
+    """What kept scenes from being compared."""
     from reports.words import one_line
 
     console = people()
-    for failure, case in zip(found.failures, cases, strict=True):
-        console.print(f"✗ {one_line(sentence(failure))}; see {case}", soft_wrap=True)
     for name, reason in found.missing:
         console.print(f"! {name} is missing: {one_line(reason)}", soft_wrap=True)
     for reason in found.unjudged:

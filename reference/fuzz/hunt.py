@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -95,6 +95,8 @@ class Hunt:
 
 #: Called after each scene with the numbers of scenes done and of failures.
 Progress = Callable[[int, int], None]
+#: Called with each failure as soon as it is shrunk.
+Found = Callable[[Failure], None]
 
 
 def hunt(
@@ -108,6 +110,7 @@ def hunt(
     timeout: float = TIMEOUT,
     shrink_seconds: float = 60.0,
     progress: Progress | None = None,
+    found: Found | None = None,
 ) -> Hunt:
     """Compare references with minirt on random scenes, and shrink what fails.
 
@@ -126,13 +129,13 @@ def hunt(
         `timeout` seconds for a reference's scene when left out.
     shrink_seconds : float
         For each failure.
-    progress : callable, optional
+    progress, found : callable, optional
     """
     if bench is None:
         with Bench(jobs, timeout) as own:
             return hunt(
                 seed, references, scenes, seconds,
-                bench=own, shrink_seconds=shrink_seconds, progress=progress,
+                bench=own, shrink_seconds=shrink_seconds, progress=progress, found=found,
             )  # fmt: skip
     here = [reference for reference in references if not reference.missing()]
     missing = tuple((r.name, r.missing() or "") for r in references if r not in here)
@@ -140,7 +143,9 @@ def hunt(
     for number in range(scenes if here else 0):
         if time.perf_counter() - start > seconds or len(tally.failures) >= MOST:
             break
-        tally.take(number, drawn_scene(seed, number))
+        for failure in tally.take(number, drawn_scene(seed, number)):
+            if found is not None:
+                found(failure)
         if progress is not None:
             progress(number + 1, len(tally.failures))
     return tally.hunt(seed, missing, time.perf_counter() - start)
@@ -161,7 +166,7 @@ class _Tally:
         self._scenes = 0
         self.failures: list[Failure] = []
 
-    def take(self, number: int, scene: Scene) -> None:
+    def take(self, number: int, scene: Scene) -> Iterator[Failure]:
         """Compare one scene with every reference; shrink what fails."""
         self._scenes += 1
         trials = self._bench.trials(scene, self._references)
@@ -173,6 +178,7 @@ class _Tally:
                 ask = partial(self._bench.trial, reference=reference)
                 small = shrink(scene, trial, ask, self._seconds)
                 self.failures.append(Failure(number, reference.name, scene, trial, small))
+                yield self.failures[-1]
 
     def hunt(self, seed: int, missing: Iterable[tuple[str, str]], seconds: float) -> Hunt:
         """The finished record."""
