@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 from converters.atomic import atomic_folder, require_replaceable
 from minirt.explain import explain
@@ -29,7 +31,7 @@ from reference.registry import choose_references
 
 def test_{name}() -> None:
     scene = load_scene(Path(__file__).with_name("scene.json"))
-    (reference,) = choose_references([{reference!r}])
+    (reference,) = choose_references([{reference}])
     trial = try_once(scene, reference)
     assert trial.state == "passed", f"{{trial.state}}, {{trial.stage}}: {{trial.reason}}"
 '''
@@ -67,15 +69,34 @@ def write_case(failure: Failure, out: Path) -> Path:
 def case_texts(failure: Failure) -> dict[str, str]:
     """The text of each file of a case, by the file's name."""
     scene, trial, name = failure.shrunk.scene, failure.shrunk.trial, failure.name
+    who = json.dumps(failure.reference)
     about = one_line(sentence(failure)).replace("\\", "/").replace('"', "'")
-    document = scene.to_dict() | {"about": about}
+    known = {key: value for key, value in scene.to_dict().items() if value not in ("", [], None)}
+    document = {"minirt": 1, "name": scene.name, "about": about, "objects": [], **known}
+    document["about"] = about
     explanation = explanation_text(explain(scene, trial.column, trial.row))
     return {
-        "scene.json": json.dumps(document, indent=1, ensure_ascii=False) + "\n",
+        "scene.json": readable_json(document) + "\n",
         "explain.txt": f"{about}\n\n{explanation}",
-        f"test_{name}.py": _PYTEST.format(about=about, name=name, reference=failure.reference),
+        f"test_{name}.py": _PYTEST.format(
+            about=about, name=name, reference=json.dumps(failure.reference)
+        ),
         f"test_{name}.cpp": cpp_test(scene, trial, about),
     }
+
+
+def readable_json(document: dict[str, Any]) -> str:
+    """JSON with a key a line, and each array of numbers on one.
+
+    Examples
+    --------
+    >>> print(readable_json({"center": [1.0, 2.5]}))
+    {
+     "center": [1.0, 2.5]
+    }
+    """
+    text = json.dumps(document, indent=1, ensure_ascii=False)
+    return re.sub(r"\[\n([-+.\w\s,]*?)\n\s*\]", lambda m: f"[{' '.join(m[1].split())}]", text)
 
 
 def sentence(failure: Failure) -> str:

@@ -93,7 +93,7 @@ def cpp_test(scene: Scene, trial: Trial, about: str) -> str:
     return _TEXT % {
         "about": about.replace("\\", "/").replace("??", "? ?"),
         "stage": trial.stage,
-        "scene": json.dumps(scene.to_dict(), ensure_ascii=True, indent=1),
+        "scene": json.dumps(scene.to_dict(), ensure_ascii=True),
         "spheres": _spheres(scene),
         "triangles": _triangles(scene),
         "P0": _list(screen.P0),

@@ -66,6 +66,13 @@ def test_the_scene_loads_and_is_small(found: tuple[int, Path]) -> None:
     assert "first in normal" in scene.about
 
 
+def test_written_scene_is_the_shrunk_one_on_few_lines(found: tuple[int, Path]) -> None:
+    text = (found[1] / "scene.json").read_text(encoding="utf-8")
+    assert text.count("\n") < 60
+    assert "null" not in text.replace('"ior": null', "")
+    assert '"P0": [0.0, 0.0, 0.0]' in text
+
+
 def test_the_explanation_is_of_the_pixel(found: tuple[int, Path]) -> None:
     text = (found[1] / "explain.txt").read_text(encoding="utf-8")
     assert "first in normal" in text
