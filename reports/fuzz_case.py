@@ -78,9 +78,7 @@ def case_texts(failure: Failure) -> dict[str, str]:
     return {
         "scene.json": readable_json(document) + "\n",
         "explain.txt": f"{about}\n\n{explanation}",
-        f"test_{name}.py": _PYTEST.format(
-            about=about, name=name, reference=json.dumps(failure.reference)
-        ),
+        f"test_{name}.py": _PYTEST.format(about=about, name=name, reference=who),
         f"test_{name}.cpp": cpp_test(scene, trial, about),
     }
 
