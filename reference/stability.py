@@ -7,8 +7,9 @@ factor √2 is the diagonal's: a straight edge within δ of the ray is then cros
 four, whatever its direction. Where δ grows with the distance, primary rays are also tilted, to
 the same side. In those four, facets are tilted by what the rounding of their vertices can turn
 them. Where other surfaces lie within the error of the first (coplanar or touching ones), the other
-renderer may well see any of them: there one of the four answers with the last of them in the
-scene's order, and another with the first, so that these two never agree.
+renderer may well see any of them: there two opposite ones of the four answer with the last of them
+in the scene's order, and the other two with the first. Whichever of them the exact answer is, one
+of an opposite pair is on the other's side of an edge that passes within δ, and does not agree.
 
 A discrete quantity is certain where all six agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
@@ -228,8 +229,8 @@ class Displaced(Restarted):
     declared : Declared
     levers : PerSurface
     k : int
-        0…3: the direction around each ray. Of surfaces within the error of the first, number 0
-        answers with the last in the scene's order, and number 1 with the first.
+        0…3: the direction around each ray. Of surfaces within the error of the first, the even
+        numbers answer with the last in the scene's order, and the odd ones with the first.
     """
 
     def __init__(self, scene: Scene, declared: Declared, levers: PerSurface, k: int) -> None:
@@ -260,10 +261,9 @@ class Displaced(Restarted):
         return unit(normal + tilt * sideways(normal, self.k))
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
-        """The first hits; in two directions of four the last or the first within the error."""
+        """The first hits; in two opposite directions the last within the error, else the first."""
         hits = super().first_hits(P0, d, t0)
-        if self.k < 2:
-            self._settle_contested(P0, d, t0, hits)
+        self._settle_contested(P0, d, t0, hits)
         return hits
 
     def _settle_contested(self, P0: Floats, d: Floats, t0: float, hits: Hits) -> None:
@@ -275,7 +275,7 @@ class Displaced(Restarted):
         while len(on):
             rays = points.rays[on]
             known = hits.take(rays)
-            beyond = (known, None) if self.k == 0 else (None, known)
+            beyond = (known, None) if self.k % 2 == 0 else (None, known)
             other = nearest(
                 self.geometry, self.rules, P0[:, rays], d[:, rays], low[on], high[on], *beyond
             )

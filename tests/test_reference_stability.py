@@ -214,6 +214,21 @@ def test_of_many_coplanar_objects_any_may_be_seen(seed: int) -> None:
     assert ours["object"][covered > 0].min() >= 0
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_an_overlap_is_uncertain_up_to_the_edge_of_what_overlaps(first: int) -> None:
+    """A heptagon on a wall, under an error of a quarter of a pixel: all of its pixels."""
+    wall = [[-2.1, -1.7, 0.0], [2.3, -1.7, 0.0], [2.2, 1.8, 0.0], [-2.2, 1.8, 0.0]]
+    angles = np.linspace(0.1, 0.1 + 2 * np.pi, 7, endpoint=False).tolist()
+    tile = [[1.3 * np.cos(a), 1.3 * np.sin(a), 0.0] for a in angles]
+    shapes = [wall, tile] if first == 0 else [tile, wall]
+    scene = scene_of([{"type": "polygon", "material": "paint", "vertices": s} for s in shapes])
+    _, stability = measure(scene, replace(declared(scene), delta=5 / 64 / 4), ["object"])
+    on_tile = scene_of([scene.document["objects"][1 - first]])
+    overlap = minirt.render(on_tile, quantities=["hit"])["hit"]
+    assert overlap.sum() > 500
+    assert not stability.certain["object"][overlap].any()
+
+
 def test_the_tolerance_of_t_grows_with_the_angle() -> None:
     scene = scene_of([{"type": "sphere", "material": "paint", "center": [0, 0, 0], "radius": 1.0}])
     ours, stability = measure(scene, declared(scene), ["t", "distance"])
