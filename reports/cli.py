@@ -40,7 +40,7 @@ for command, example in (
     (render, "render atlas:glass-ball -o glass-ball.exr"),
     (explain, "explain atlas:glass-ball --pixel 128 96"),
     (verify, "verify atlas:glass-ball --reference mitsuba --out report"),
-    (gate, "gate --cmd './my-tracer {scene} {out}' --precision float32 --require hit,depth"),
+    (gate, "gate --init my-tracer --language cpp"),
     (fuzz, "fuzz --seed 7 --scenes 20 --time 60 --reference embree"),
     (export, "export atlas:glass-ball --to mitsuba -o glass-ball"),
     (scenes, "scenes glass-ball"),

@@ -28,7 +28,18 @@ from reference import registry
 from reports import doctor as doctors
 from reports.cli import app, run
 
-COMMANDS = ("render", "explain", "verify", "fuzz", "export", "scenes", "rules", "mutants", "doctor")
+COMMANDS = (
+    "render",
+    "explain",
+    "verify",
+    "gate",
+    "fuzz",
+    "export",
+    "scenes",
+    "rules",
+    "mutants",
+    "doctor",
+)
 #: The command as a child process, where a stream of its own is what is tested.
 MINIRT = (sys.executable, "-c", "from reports.cli import main; main()")
 BALL = "atlas:ball-on-quad"
