@@ -51,7 +51,8 @@ def test_the_commands_run_in_their_order(tmp_path: Path) -> None:
 
 def test_the_commands_are_all_there() -> None:
     assert {c.split()[1] for c in COMMANDS} == {
-        "render", "explain", "verify", "gate", "mutants", "fuzz", "export", "scenes", "rules", "doctor",
+        "render", "explain", "verify", "gate", "mutants", "fuzz", "export", "scenes", "rules",
+        "doctor",
     }  # fmt: skip
 
 
