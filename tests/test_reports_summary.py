@@ -14,7 +14,8 @@ def test_a_good_run_is_its_verdict_counts_and_a_line_for_each_scene() -> None:
     lines = summary_markdown(good_run()).splitlines()
     assert lines[0].startswith("# ✅ PASS: 2 scenes agree with honest")
     assert (
-        "| failed | crashed | timed out | missing | passed | not supported | not given |" in lines
+        "| failed | crashed | timed out | missing | known | passed | not supported | not given |"
+        in lines
     )
     assert "| 0 | 0 | 0 | 0 | 40 | 0 | 0 |" in lines
     assert "## What fails" not in lines
