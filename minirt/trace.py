@@ -122,16 +122,26 @@ class _Query:
         geometry = self.geometry
         if geometry.polygons:
             tree, patches = geometry.polygon_tree, geometry.polygon_patches
-            self._walk(tree, self._near(patches, tree.reach), self._polygons)
+            objects = np.array([polygon.object for polygon in geometry.polygons])
+            self._walk(tree, self._near(patches, tree.reach), self._polygons, objects)
         if len(geometry.spheres.radius):
-            self._walk(geometry.spheres.tree, self._near_spheres, self._spheres)
+            spheres = geometry.spheres
+            self._walk(spheres.tree, self._near_spheres, self._spheres, spheres.object)
         if len(geometry.triangles.object):
             tree, patches = geometry.triangles.tree, geometry.triangles.patches
-            self._walk(tree, self._near(patches, tree.reach), self._triangles)
+            number, face = geometry.triangles.object, geometry.triangles.face
+            self._walk(tree, self._near(patches, tree.reach), self._triangles, number, face)
         return self.best
 
-    def _walk(self, tree: Tree, cull: _Cull, kernel: _Kernel) -> None:
-        batches = self._culled(tree, cull) if self.culls else self._every_pair(len(tree.order))
+    def _walk(
+        self, tree: Tree, cull: _Cull, kernel: _Kernel, object_: Ints, face: Ints | None = None
+    ) -> None:
+        """Decide primitives of one kind, whose objects, and faces if more than one, are given."""
+        batches = (
+            self._culled(tree, cull, object_, face)
+            if self.culls
+            else self._every_pair(len(tree.order))
+        )
         for rays, which in batches:
             self._keep(rays, kernel(rays, which))
 
@@ -141,7 +151,9 @@ class _Query:
             may_cross(self.P0[:, rays], self.d[:, rays], patches.take(which), pad)
         )
 
-    def _culled(self, tree: Tree, cull: _Cull) -> Iterator[tuple[Index, Index]]:
+    def _culled(
+        self, tree: Tree, cull: _Cull, object_: Ints, face: Ints | None
+    ) -> Iterator[tuple[Index, Index]]:
         """The pairs of a ray and a primitive that may meet, near ones first.
 
         They gather until a batch of them is worth a kernel's call; what is kept of one batch
@@ -155,13 +167,25 @@ class _Query:
             for start in range(0, len(rays), step):
                 some = rays[start : start + step]
                 of, at = cull(some, primitives)
-                waiting.append((some[at], primitives[of]))
-                size += len(at)
+                pairs = self._unless_passed_over(some[at], primitives[of], object_, face)
+                waiting.append(pairs)
+                size += len(pairs[0])
                 if size >= _BATCH:
                     yield _joined(waiting)
                     waiting, size = [], 0
         if size:
             yield _joined(waiting)
+
+    def _unless_passed_over(
+        self, rays: Index, which: Index, object_: Ints, face: Ints | None
+    ) -> tuple[Index, Index]:
+        """The pairs whose hit could count: a ray has one hit at most on an object of one face."""
+        if self.later_than is None and self.earlier_than is None:
+            return rays, which
+        o = object_[which]
+        f = None if face is None else face[which]
+        some = np.flatnonzero(self._wanted(rays, o, f))
+        return rays[some], which[some]
 
     def _every_pair(self, primitives: int) -> Iterator[tuple[Index, Index]]:
         """Every ray with every primitive; one primitive a batch where `closer` is to choose."""
@@ -215,7 +239,9 @@ class _Query:
 
     def _keep(self, rays: Index, found: Hits) -> None:
         """Take over, of hits of rays, the best of each ray that is better than what it has."""
-        some = np.flatnonzero(np.isfinite(found.t) & self._wanted(rays, found))
+        some = np.flatnonzero(
+            np.isfinite(found.t) & self._wanted(rays, found.object, found.triangle)
+        )
         rays, found = rays[some], found.take(some)
         order = np.lexsort((found.triangle, found.object, found.t, rays))
         first = order[np.append(True, np.diff(rays[order]) > 0)[: len(order)]]
@@ -230,16 +256,18 @@ class _Query:
         self.best.put(chosen, found)
         self.limit[chosen] = _ANSWERED if self.any_hit else found.t
 
-    def _wanted(self, rays: Index, found: Hits) -> Bools:
-        """Whether a hit's face is none of those that its ray is to pass over."""
+    def _wanted(self, rays: Index, o: Ints, f: Ints | None) -> Bools:
+        """Whether a face, by object and number, is none of those that its ray is to pass over.
+
+        Without a number, every face of the object that the ray knows is passed over.
+        """
         wanted = np.ones(len(rays), dtype=np.bool_)
-        o, f = found.object, found.triangle
         if self.later_than is not None:
-            known = self.later_than.take(rays)
-            wanted &= (o > known.object) | ((o == known.object) & (f > known.triangle))
+            first, face = self.later_than.object[rays], self.later_than.triangle[rays]
+            wanted &= (o > first) | (False if f is None else (o == first) & (f > face))
         if self.earlier_than is not None:
-            known = self.earlier_than.take(rays)
-            wanted &= (o < known.object) | ((o == known.object) & (f < known.triangle))
+            first, face = self.earlier_than.object[rays], self.earlier_than.triangle[rays]
+            wanted &= (o < first) | (False if f is None else (o == first) & (f < face))
         return wanted
 
 

@@ -17,7 +17,7 @@ def test_a_good_run_is_its_verdict_counts_and_a_line_for_each_scene() -> None:
         "| failed | crashed | timed out | missing | known | passed | not supported | not given |"
         in lines
     )
-    assert "| 0 | 0 | 0 | 0 | 40 | 0 | 0 |" in lines
+    assert "| 0 | 0 | 0 | 0 | 0 | 40 | 0 | 0 |" in lines
     assert "## What fails" not in lines
     assert "| ball | ✓ 0×, 100 % certain |" in lines
 
