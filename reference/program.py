@@ -80,8 +80,8 @@ def run_program(
 def _find(name: str, room: Path) -> str | None:
     if "/" not in name:
         return shutil.which(name)
-    path = Path(os.path.normpath(room / name))
-    return str(path) if path.is_file() else None
+    path = os.path.normpath(room / name)
+    return path if os.path.isfile(path) else None  # noqa: PTH113 - Path's raises what it may not see
 
 
 @contextmanager

@@ -7,12 +7,16 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache
 from pathlib import Path
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
+
+import pytest
 
 from reference.program import Ended, Limits, run_program
 
@@ -32,12 +36,30 @@ print(json.dumps(asdict(run_program(command, Path(room), Limits(**limits), sandb
 
 
 def users() -> list[str]:
-    """Root tests as `nobody` too, unless that user cannot reach this checkout or its Python."""
-    if os.geteuid() != 0:
-        return ["me"]
-    tried = [*_AS_NOBODY, sys.executable, "-c", "import reference.program"]
-    reached = subprocess.run(tried, cwd=ROOT, capture_output=True, check=False).returncode == 0
-    return ["me", "nobody"] if reached else ["me"]
+    """Root tests as `nobody` too."""
+    return ["me"] if os.geteuid() != 0 else ["me", "nobody"]
+
+
+def _as_nobody(python: str, job: str) -> subprocess.CompletedProcess[str]:
+    """A job of `nobody`, with this environment's packages whichever Python it is."""
+    environment = {**os.environ, "PYTHONPATH": sysconfig.get_path("purelib")}
+    words = [*_AS_NOBODY, python, "-c", JOB, job]
+    return subprocess.run(
+        words, cwd=ROOT, capture_output=True, text=True, check=False, env=environment
+    )
+
+
+@lru_cache
+def nobodys_python() -> str | None:
+    """A Python that `nobody` can run with our packages: root's own may lie in root's home."""
+    for python in [sys.executable, "/usr/bin/python3"]:
+        with TemporaryDirectory(prefix="minirt-test-") as folder:
+            shutil.chown(folder, NOBODY, NOBODY)
+            job = json.dumps([[python, "-S", "-c", "print(1)"], folder, {}, False])
+            done = _as_nobody(python, job)
+            if done.returncode == 0 and json.loads(done.stdout) == asdict(Ended(0, "", "1\n")):
+                return python
+    return None
 
 
 @dataclass
@@ -53,6 +75,13 @@ class Place:
         return self.folder / "room"
 
     @property
+    def python(self) -> str:
+        """The interpreter of the programs that are run."""
+        if self.user == "me":
+            return sys.executable
+        return nobodys_python() or pytest.skip("nobody can run no Python here with our packages")
+
+    @property
     def secret(self) -> Path:
         return self.folder / "neighbour" / "reference.txt"
 
@@ -60,7 +89,7 @@ class Place:
         """Run Python code as the user."""
         subject = self.room / "subject.py"
         subject.write_text(code, encoding="utf-8")
-        command = [sys.executable, "-S", str(subject), *arguments]
+        command = [self.python, "-S", str(subject), *arguments]
         return self.run_command(command, sandbox=sandbox, **limits)
 
     def run_command(self, command: list[str], sandbox: bool = True, **limits: Any) -> Ended:
@@ -71,8 +100,8 @@ class Place:
         for path in [self.room, *self.room.iterdir()]:
             shutil.chown(path, NOBODY, NOBODY)
         job = json.dumps([command, str(self.room), wanted, sandbox])
-        words = [*_AS_NOBODY, sys.executable, "-c", JOB, job]
-        done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
+        done = _as_nobody(self.python, job)
+        assert done.returncode == 0, done.stderr
         return Ended(**json.loads(done.stdout))
 
     def snapshot(self) -> dict[str, object]:
