@@ -144,6 +144,12 @@ def test_a_failure_is_told(
 def test_a_program_that_is_none(mine: Place, boxed: bool) -> None:
     (mine.room / "broken").write_bytes(b"\0\1\2")
     assert mine.run_command(["./missing"], boxed).reason == "there is no program './missing'"
+    assert mine.run_command(["no-such-tracer"], boxed).status is None
+    ended = mine.run_command(["./broken"], boxed)
+    assert ended.reason.startswith("ended with status 12")
+    assert "broken" in ended.output
+    (mine.room / "broken").chmod(0o755)
+    assert mine.run_command(["./broken"], boxed).reason.startswith("ended with status 12")
 
 
 def test_a_program_out_of_sight_is_no_program(place: Place) -> None:
@@ -151,12 +157,6 @@ def test_a_program_out_of_sight_is_no_program(place: Place) -> None:
     locked.mkdir(mode=0o700)
     name = str(locked / "tracer")
     assert place.run_command([name]) == Ended(None, f"there is no program {name!r}", "")
-    assert mine.run_command(["no-such-tracer"], boxed).status is None
-    ended = mine.run_command(["./broken"], boxed)
-    assert ended.reason.startswith("ended with status 12")
-    assert "broken" in ended.output
-    (mine.room / "broken").chmod(0o755)
-    assert mine.run_command(["./broken"], boxed).reason.startswith("ended with status 12")
 
 
 # Limits, in a sandbox and without
