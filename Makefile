@@ -8,6 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.installed-lock
 READY := $(VENV)/.installed-minirt
+TESTABLE := $(VENV)/.installed-for-tests
 UV := uv==0.13.9
 
 .DEFAULT_GOAL := help
@@ -20,7 +21,7 @@ help:  ## this list
 verify: $(READY)  ## render the atlas here and in Mitsuba, compare, leave the report in report/
 	$(BIN)/minirt verify --out $(REPORT)
 
-test: $(READY)  ## lint, format, types, architecture, tests
+test: $(READY) $(TESTABLE)  ## lint, format, types, architecture, tests
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -58,4 +59,8 @@ $(LOCKED): requirements.lock $(if $(shell $(BIN)/python -c 'print(1)' 2>/dev/nul
 $(READY): $(LOCKED) pyproject.toml
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check \
 	    --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(TESTABLE): .ci/system-packages $(LOCKED)
+	@.ci/system-packages $(BIN)/python test
 	@touch $@
