@@ -8,21 +8,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from reports.console import Json, answers, names_in, people, print_json, progress
+from reports.subject import Subject, takes_subject
 
 if TYPE_CHECKING:
     from reference.fuzz.hunt import Failure, Hunt
     from reference.source import Reference
 
 
+@takes_subject
 def fuzz(
     reference: Annotated[
         str,
         typer.Option(
             metavar="NAMES",
-            help="Renderers to compare with, separated by commas, as for verify; all are required. "
-            "Without it those that verify uses.",
+            help="Renderers to judge, separated by commas, as for verify; all are required. Those "
+            "that verify uses, unless an implementation is named.",
         ),
     ] = "",
+    *,
+    subject: Subject,
     seed: Annotated[
         int, typer.Option(min=0, max=2**32 - 1, help="Scene k of a seed is always the same.")
     ] = 0,
@@ -33,12 +37,9 @@ def fuzz(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where failures are written.")
     ] = Path("fuzz"),
-    timeout: Annotated[
-        int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
-    ] = 60,
     json: Json = False,
 ) -> None:
-    """Compare renderers with minirt on random scenes.
+    """Judge renderers, or another implementation, on random scenes.
 
     A failure is shrunk to the smallest scene that fails in the same first stage, and written as a
     scene file, an explanation of its pixel, and a test in Python and in C++.
@@ -46,13 +47,13 @@ def fuzz(
     from reference.fuzz.hunt import hunt
     from reports.run import made_folder
 
-    judged = _references(names_in(reference))
+    judged = _judged(names_in(reference), subject)
     folder, cases = made_folder(out), list[Path]()
     with progress("fuzz") as tell:
         found = hunt(
-            seed, judged, scenes, time, timeout=timeout,
+            seed, judged, scenes, time, timeout=subject.patience,
             jobs=min(2, len(judged)), progress=lambda done, _: tell(done, scenes),
-            found=lambda failure: cases.append(_written(failure, folder)),
+            found=lambda failure: cases.append(_written(failure, folder, subject)),
         )  # fmt: skip
     _tell(found)
     if json:
@@ -98,19 +99,27 @@ def hunt_document(found: Hunt, cases: list[Path]) -> dict[str, Any]:
     }
 
 
-def _references(named: list[str]) -> tuple[Reference, ...]:
-    """Whom to judge: references by name."""
+def _judged(names: list[str], subject: Subject) -> tuple[Reference, ...]:
+    """Whom to judge: references by name, and somebody else's implementation."""
+    from minirt.errors import InputError
     from reference.registry import USUAL, choose_references
 
-    return choose_references(named or USUAL)
+    if subject.frames:
+        raise InputError(
+            "random scenes cannot have been rendered earlier",
+            where="--frames", expected="--cmd or --python",
+        )  # fmt: skip
+    if not subject.named:
+        return choose_references(names or USUAL)
+    return (*choose_references(names), subject.reference())
 
 
-def _written(failure: Failure, folder: Path) -> Path:
+def _written(failure: Failure, folder: Path, subject: Subject) -> Path:
     """Write a failure into its folder, and say so in a line."""
     from reports.fuzz_case import sentence, write_case
     from reports.words import one_line
 
-    case = write_case(failure, folder)
+    case = write_case(failure, folder, subject)
     people().print(f"✗ {one_line(sentence(failure))}; see {case}", soft_wrap=True)
     return case
 

@@ -14,6 +14,7 @@ from reference.fuzz.hunt import Failure
 from reference.fuzz.shrink import mesh_files
 from reports.explain_text import explanation_text
 from reports.fuzz_cpp import cpp_test
+from reports.subject import Subject
 from reports.words import count, one_line
 
 #: What the names of a case's files look like: an older case may be replaced, nothing else.
@@ -26,18 +27,18 @@ from pathlib import Path
 
 from minirt import load_scene
 from reference.fuzz.bench import try_once
-from reference.registry import choose_references
+{imports}
 
 
 def test_{name}() -> None:
     scene = load_scene(Path(__file__).with_name("scene.json"))
-    (reference,) = choose_references([{reference}])
+    {reference}
     trial = try_once(scene, reference)
     assert trial.state == "passed", f"{{trial.state}}, {{trial.stage}}: {{trial.reason}}"
 '''
 
 
-def write_case(failure: Failure, out: Path) -> Path:
+def write_case(failure: Failure, out: Path, subject: Subject | None = None) -> Path:
     """Write a failure into a folder of its own below `out`, whole or not at all.
 
     Parameters
@@ -45,6 +46,8 @@ def write_case(failure: Failure, out: Path) -> Path:
     failure : Failure
     out : Path
         Exists.
+    subject : Subject, optional
+        Somebody else's implementation, if one was judged.
 
     Returns
     -------
@@ -59,17 +62,17 @@ def write_case(failure: Failure, out: Path) -> Path:
     folder = out / failure.name
     require_replaceable(folder, _FILES)
     with atomic_folder(folder) as new:
-        for file, text in case_texts(failure).items():
+        for file, text in case_texts(failure, subject).items():
             (new / file).write_text(text, encoding="utf-8", newline="\n")
         for mesh in mesh_files(failure.shrunk.scene):
             shutil.copy(mesh, new)
     return folder
 
 
-def case_texts(failure: Failure) -> dict[str, str]:
+def case_texts(failure: Failure, subject: Subject | None = None) -> dict[str, str]:
     """The text of each file of a case, by the file's name."""
     scene, trial, name = failure.shrunk.scene, failure.shrunk.trial, failure.name
-    who = json.dumps(failure.reference)
+    imports, reference = _makes(failure.reference, subject)
     about = one_line(sentence(failure)).replace("\\", "/").replace('"', "'")
     known = {key: value for key, value in scene.to_dict().items() if value not in ("", [], None)}
     document = {"minirt": 1, "name": scene.name, "about": about, "objects": [], **known}
@@ -78,9 +81,20 @@ def case_texts(failure: Failure) -> dict[str, str]:
     return {
         "scene.json": readable_json(document) + "\n",
         "explain.txt": f"{about}\n\n{explanation}",
-        f"test_{name}.py": _PYTEST.format(about=about, name=name, reference=who),
+        f"test_{name}.py": _PYTEST.format(
+            about=about, name=name, imports=imports, reference=reference
+        ),
         f"test_{name}.cpp": cpp_test(scene, trial, about),
     }
+
+
+def _makes(reference: str, subject: Subject | None) -> tuple[str, str]:
+    """Two lines of a test: the import, and the statement that makes the failing renderer."""
+    if subject is not None and subject.named and subject.reference().name == reference:
+        made = f"reference = Subject.of({subject.options()!r}).reference()"
+        return "from reports.subject import Subject", made
+    chosen = f"(reference,) = choose_references([{json.dumps(reference)}])"
+    return "from reference.registry import choose_references", chosen
 
 
 def readable_json(document: dict[str, Any]) -> str:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from minirt.scene import Scene
     from reference.compare import Check
     from reference.source import Reference
+    from reports.subject import Subject
 
 #: By scene and quantity.
 Checks = dict[tuple[str, str], "Check"]
@@ -33,11 +34,14 @@ _OPTIONS = {
     "precision": "float64 (default), float32 or half",
     "handed": "the number format in which numbers come: float64, float32 or half",
     "delta": "the error that it declares, in scene units",
+    "max-delta": "the widest error that may be declared, in scene units",
     "start": "where its secondary rays start, in scene units",
     "scene-as": "json (default), mitsuba, povray or obj",
     "out-as": "exr (default), npz or folder",
-    "timeout": "seconds for the program and a scene (default: 60)",
+    "timeout": "seconds for each scene (default: 60)",
 }
+#: Those that say what is judged, not who.
+_CHOICES = ("scenes", "quantities", "require")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -61,32 +65,13 @@ def _option(config: pytest.Config, name: str) -> str:
     return value
 
 
-def _subject(config: pytest.Config) -> Reference:
+def _subject(config: pytest.Config) -> Subject:
     """The implementation that the options name."""
-    from minirt.errors import InputError
-    from reports.cli_gate import Format, OutFormat, SceneLanguage, claim_of, subject_of
+    from reports.subject import Subject
 
-    def number(name: str) -> float | None:
-        text = _option(config, name)
-        try:
-            return float(text) if text else None
-        except ValueError:
-            raise InputError("not a number", where=_PREFIX + name, got=text[:80]) from None
-
-    cmd, python = _option(config, "cmd"), _option(config, "python")
-    frames = Path(_option(config, "frames")) if _option(config, "frames") else None
-    try:
-        out_as = OutFormat(_option(config, "out-as") or "exr")
-        scene_as = SceneLanguage(_option(config, "scene-as") or "json")
-        precision = Format(_option(config, "precision") or "float64")
-        handed = Format(_option(config, "handed")) if _option(config, "handed") else None
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    claim = claim_of(precision, handed, number("delta"), number("start"), out_as, frames, python)
-    return subject_of(
-        cmd, python, frames, claim, scene_as, out_as,
-        sandbox=config.getoption(f"{_PREFIX}sandbox"), timeout=number("timeout") or 60.0,
-    )  # fmt: skip
+    given = {name: _option(config, name) for name in (*_OPTIONS, "sandbox")}
+    own = {name: value for name, value in given.items() if value and name not in _CHOICES}
+    return Subject.of({name.replace("-", "_"): value for name, value in own.items()})
 
 
 class _Gate(pytest.Collector):
@@ -102,7 +87,7 @@ class _Gate(pytest.Collector):
 
         chosen = names_in(_option(self.config, "scenes"))
         try:
-            subject = _subject(self.config)
+            subject = _subject(self.config).reference()
             scenes = [load_scene(s) for s in chosen or [f"atlas:{n}" for n in atlas_names()]]
             require_distinct(scenes)
             names = chosen_quantities(_option(self.config, "quantities") or None)
@@ -177,14 +162,14 @@ def _shared(item: GateItem) -> Checks:
 def _judged(item: GateItem) -> Checks:
     from minirt.render import chosen_quantities
     from reference.verify import verify
-    from reports.cli_gate import GRACE, usual_cache
+    from reports.cli_gate import usual_cache
 
     chosen = [each for each in item.session.items if isinstance(each, GateItem)]
     scenes = list({each.scene.name: each.scene for each in chosen}.values())
     required = _option(item.config, "require")
     results = verify(
         scenes, [item.subject],
-        timeout=float(_option(item.config, "timeout") or 60) + GRACE,
+        timeout=_subject(item.config).patience,
         quantities=list(dict.fromkeys(each.quantity for each in chosen)),
         required=chosen_quantities(required) if required else (), cache=usual_cache(),
     )  # fmt: skip

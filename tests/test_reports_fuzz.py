@@ -6,6 +6,7 @@ import json
 import runpy
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from fake_references import Honest, InsideOut, Missing
 import minirt
 from reference import registry
 from reports.cli import run
+from reports.subject import OutFormat, Subject
 
 INTERSECT = """
 Answer intersect(const double[3], const double[3]) {{
@@ -139,3 +141,54 @@ def test_a_missing_reference_is_status_3_and_an_unknown_one_2(
     assert "missing is missing: not installed" in capsys.readouterr().err
     assert run([*fuzz, "nobody"]) == 2
     assert "unknown reference" in capsys.readouterr().err
+
+
+FUZZ = ["fuzz", "--seed", "7", "--scenes", "1"]
+
+
+def test_somebody_elses_function_is_hunted_and_its_test_is_ready(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(Path(__file__).parent)
+    wrong = ["--python", "gate_subjects:no_half_pixel", "--timeout", "50"]
+    assert run([*FUZZ, *wrong, "--out", str(tmp_path)]) == 1
+    (case,) = tmp_path.iterdir()
+    with pytest.raises(AssertionError, match="failed, ray: "):
+        generated_test(case)()
+    file = case / f"test_{case.name}.py"
+    text = file.read_text(encoding="utf-8")
+    assert "'timeout': 50.0" in text
+    file.write_text(text.replace(":no_half_pixel", ":honest"), encoding="utf-8")
+    generated_test(case)()
+
+
+def test_an_honest_program_passes_a_hunt(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.chdir(Path(__file__).parent)
+    command = f"{sys.executable} gate_subjects.py {{scene}} {{out}}"
+    arguments = [*FUZZ, "--cmd", command, "--out-as", "npz", "--out", str(tmp_path)]
+    assert run(arguments) == 0
+    assert "1 comparison, 0 failures" in capsys.readouterr().out
+
+
+def test_frames_rendered_earlier_cannot_be_hunted(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert run([*FUZZ, "--frames", str(tmp_path), "--out", str(tmp_path)]) == 2
+    assert "--frames" in capsys.readouterr().err
+
+
+def test_a_subject_comes_back_from_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parent)
+    given = Subject(
+        cmd="python3 gate_subjects.py {scene} {out}", out_as=OutFormat.npz, delta=1e-6, sandbox=True
+    )
+    options = given.options()
+    assert options == {
+        "cmd": f"python3 {Path('gate_subjects.py').absolute()} '{{scene}}' '{{out}}'",
+        "out_as": "npz", "delta": 1e-6, "sandbox": True,
+    }  # fmt: skip
+    again = Subject.of(options)
+    assert again.options() == options
+    assert again.claim() == given.claim()

@@ -64,7 +64,7 @@ def test_what_is_wrong_fails_with_its_worst_pixel(tmp_path: Path, scenes: str) -
         ("scenes", "atlas:nothing-of-the-kind", "no such scene"),
         ("quantities", "dept", "unknown quantity"),
         ("precision", "float128", "float128"),
-        ("delta", "wide", "not a number"),
+        ("delta", "wide", "delta: not what the option takes"),
         ("frames", "folder", "one implementation at a time"),
     ],
 )
