@@ -93,7 +93,7 @@ def gate(
     if init is not None:
         _init(init, language, json)
         return
-    judged = subject.reference()
+    judged, last = subject.reference(), _until(until)
     loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
     require_distinct(loaded)
     for scene in loaded:
@@ -114,10 +114,8 @@ def gate(
     if update and baseline is not None and known is not None:
         from reports.baseline import write_baseline
 
-        number = write_baseline(
-            baseline, run.results, known, reason or "recorded when the gate was set up",
-            _until(until, known.today),
-        )  # fmt: skip
+        why = reason or "recorded when the gate was set up"
+        number = write_baseline(baseline, run.results, known, why, last)
         people().print(f"{baseline}: {number} known failures", soft_wrap=True)
         raise typer.Exit(0)
     raise typer.Exit(run.exit_status)
@@ -169,11 +167,11 @@ def _baseline(path: Path | None, update: bool) -> Baseline | None:
     return read_baseline(path, today)
 
 
-def _until(text: str, today: date) -> date:
+def _until(text: str) -> date:
     from minirt.errors import InputError
 
     if not text:
-        return today + timedelta(days=_DAYS)
+        return date.today() + timedelta(days=_DAYS)
     try:
         return date.fromisoformat(text)
     except ValueError:

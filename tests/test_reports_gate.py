@@ -186,6 +186,7 @@ def test_nothing_passes_by_being_vague(gate: Gate) -> None:
         (("--python", "module"), "not a function"),
         (("--python", "a:b", "--sandbox"), "only a program"),
         (("--python", "a:b", "--update-baseline"), "no baseline"),
+        (("--python", "a:b", "--until", "soon"), "not a date"),
         (("--python", "a:b", "--quantities", "dept"), "unknown quantity"),
     ],
 )
