@@ -11,6 +11,10 @@ renderer may well see any of them: there two opposite ones of the four answer wi
 in the scene's order, and the other two with the first. Whichever of them the exact answer is, one
 of an opposite pair is on the other's side of an edge that passes within δ, and does not agree.
 
+A polygon whose vertices are off its plane adds to δ by how far they are: which plane is met there
+is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'
+error can turn it may or may not shade itself: two of the four answer that it does.
+
 A discrete quantity is certain where all six agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
 the largest movement seen.
@@ -41,7 +45,7 @@ from minirt.trace import Hits, nearest
 from minirt.vectors import Bools, Floats, cross, dot, norm, unit
 from minirt.whitted import Points, Whitted
 from reference.source import AlongRay, Declared, NormalOffset
-from reference.surfaces import PerSurface, Surfaces
+from reference.surfaces import PerSurface, Surfaces, warp
 
 #: Safety factor on the largest movement seen: the four directions sample a circle, on which the
 #: movement of a smooth answer is at most √2 times the largest of the four; the rest is margin
@@ -139,9 +143,10 @@ def stability_of(
         Those to be judged; all when left out.
     """
     scene, judged = exact.scene, chosen_quantities(quantities)
+    geometry = Geometry.of(scene)
+    declared = _with_warp(declared, warp(geometry))
     chain = _chain(judged, declared)
     links = {link for name in judged for link in chain[name]}
-    geometry = Geometry.of(scene)
     surfaces = Surfaces.of(geometry, scene.extent)
     sink = _Sink(scene, chain)
     others = [Restarted(scene, declared)] if declared.start else []
@@ -152,6 +157,11 @@ def stability_of(
         bases = _bases(tile, declared, geometry, surfaces)
         sink.judge(start, stop, tile, [other for _, _, other in moved], bases)
     return Stability(sink.certain, sink.tolerance)
+
+
+def _with_warp(declared: Declared, off_plane: float) -> Declared:
+    """The error, where polygons are off their plane: whose plane is met is anybody's choice."""
+    return replace(declared, delta=declared.delta + off_plane, vertex=declared.vertex + off_plane)
 
 
 def measure(
@@ -259,6 +269,16 @@ class Displaced(Restarted):
         """Facets tilted by what their vertices' rounding turns them, spheres by the angle's."""
         tilt = self.declared.angle + _facet_tilt(hits, self.geometry, self.levers, self.declared)
         return unit(normal + tilt * sideways(normal, self.k))
+
+    def shadow(self, points: Points) -> Bools:
+        """Shadow; facets that the light may pass on either side shade themselves, then do not.
+
+        A facet exactly parallel to the light, as a wall along an axis is, is so for everybody.
+        """
+        dark = super().shadow(points)
+        slope = np.abs(dot(points.normal, unit(self.to_light)))
+        turned = _facet_tilt(points.hits, self.geometry, self.levers, self.declared)
+        return np.where((slope > 0) & (slope < turned), self.k % 2 == 0, dark)
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
         """The first hits; in two opposite directions the last within the error, else the first."""

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from minirt.geometry import Geometry, Kind
+from minirt.scene import Facets
 from minirt.trace import Hits
-from minirt.vectors import Floats, cross, norm
+from minirt.vectors import Floats, cross, norm, unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +72,23 @@ class Surfaces:
         edge = self.edges.at(hits, geometry)
         edge = np.where(np.isfinite(edge), edge, 0.0)
         return edge / self.levers.at(hits, geometry), edge / self.extent
+
+
+def warp(geometry: Geometry) -> float:
+    """How far a polygon's vertices are off the planes that a renderer may take for its own.
+
+    A polygon's vertices are numbers with few digits and need not lie in one plane to the last of
+    them. Its plane then is one renderer's sum of the fan's normals, another's first or longest.
+    """
+    return max((_off_plane(polygon.facets) for polygon in geometry.polygons), default=0.0)
+
+
+def _off_plane(facets: Facets) -> float:
+    normals = facets.edge_normals[:, norm(facets.edge_normals) > 0]
+    first, longest = normals[:, :1], normals[:, [norm(normals).argmax()]]
+    planes = unit(np.hstack((facets.plane, first, longest)))
+    off: Floats = np.abs((facets.vertices - facets.vertices[0]) @ planes)
+    return float(off.max())
 
 
 def _per_surface(

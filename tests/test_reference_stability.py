@@ -12,7 +12,7 @@ import minirt
 from minirt.frame import Frame
 from minirt.render import blank_frame, fill, tiles
 from minirt.rules import SLIDES
-from minirt.scene import Scene
+from minirt.scene import Facets, Scene
 from minirt.vectors import Floats, dot, norm
 from minirt.whitted import Points, Whitted
 from reference.compare import compare
@@ -270,3 +270,34 @@ def test_sideways_directions_are_four_quarter_turns() -> None:
         assert np.abs(dot(e, d)).max() < 8 * 2.0**-52 * norm(d).max()
         assert np.abs(dot(e, four[(k + 1) % 4])).max() < 8 * 2.0**-52
         assert np.array_equal(four[(k + 2) % 4], -e)
+
+
+def pentagon(lift: float) -> Scene:
+    """A pentagon that faces the observer, one vertex lifted; the light passes along it."""
+    vertices = [[-1, -1, 0], [1, -1, 0], [1.2, 0.3, 0], [0, 1, lift], [-1.2, 0, 0]]
+    return scene_of(
+        [{"type": "polygon", "material": "paint", "vertices": vertices}],
+        light={"direction": [0, -1, 0]},
+    )
+
+
+@pytest.mark.parametrize("lift", [0.0, 4e-10])
+def test_what_a_polygon_shades_of_itself_is_certain_only_where_it_is_a_plane(lift: float) -> None:
+    scene = pentagon(lift)
+    exact = Declared(1e-16, 1e-16, 1e-16, 1e-16, None, "")
+    ours, stability = measure(scene, exact, ["shadow", "hit"])
+    assert ours["hit"].sum() > 500
+    assert stability.certain["hit"][ours["hit"]].mean() > 0.9
+    certain = stability.certain["shadow"][ours["hit"]]
+    assert certain.mean() > 0.9 if lift == 0 else not certain.any()
+
+
+def test_any_plane_of_a_polygon_that_is_none_is_allowed() -> None:
+    scene = pentagon(4e-10)
+    ours, stability = measure(scene, Declared(1e-16, 1e-16, 1e-16, 1e-16, None, ""), ["normal"])
+    facets = scene.objects[0]
+    assert isinstance(facets, Facets)
+    for other in facets.edge_normals.T:
+        error = norm(other[:, None] / norm(other[:, None]) - ours["normal"][ours["hit"]].T)
+        assert error.max() > 1e-11
+        assert (error <= stability.tolerance["normal"][ours["hit"]]).all()

@@ -10,7 +10,6 @@ from converters.placement import Placement, reach
 from converters.povray import brightest
 from minirt.geometry import Geometry
 from minirt.scene import Scene
-from minirt.vectors import dot, norm
 from reference.renderers.povray_passes import WHITE, Grid
 from reference.source import AlongRay, Declared
 
@@ -30,8 +29,8 @@ _DERIVATION = (
     "coordinate, E the scene's extent, r the least radius. Placing a point moves it by √3·u·R; a "
     "facet's plane and edges err by 20 roundings at that size, a camera ray's direction by 16·u; "
     "a sphere's (half chord)² = r² − c² + t² by 10·u·E², which moves its outline by 5·u·E²/r, and "
-    "below 1e-10 it is no hit, 5e-11/r. δ = u·(20·√3·R + 16·E + 5·E²/r) + 5e-11/r + what the "
-    "vertices of polygons lie off their planes = {delta:.3g} scene units. Secondary rays ignore "
+    "below 1e-10 it is no hit, 5e-11/r. δ = u·(20·√3·R + 16·E + 5·E²/r) + 5e-11/r "
+    "= {delta:.3g} scene units. Secondary rays ignore "
     "what is nearer than 1e-4, shadow rays 1e-3. Indices of refraction are float32: 2⁻²² in a "
     "quotient turns a refracted ray as a normal tilted by 2⁻²²·tan θ/(1 − 1/n) does, θ the "
     "critical angle. Positions come in steps of {step:.2g}, normals and colours in codes of "
@@ -65,13 +64,12 @@ def declared(scene: Scene, placement: Placement) -> Declared:
     geometry, scale = Geometry.of(scene), placement.scale
     least = placement.length(float(geometry.spheres.radius.min(initial=np.inf)))
     rounding = U64 * (20 * math.sqrt(3) * R + 16 * E + 5 * E * E / least)
-    warp = _warp(geometry)
-    delta = (rounding + _CHORD / 2 / least) / scale + warp
+    delta = (rounding + _CHORD / 2 / least) / scale
     step = math.sqrt(3) / 2 * Grid.of(scene, placement).step / scale
     seen = NEAREST if scene.epsilon * scale >= NEAREST_SHADOW else NEAREST_SHADOW
     return Declared(
         delta=delta,
-        vertex=math.sqrt(3) * U64 * R / scale + warp,
+        vertex=math.sqrt(3) * U64 * R / scale,
         angle=16 * U64 + _index_angle(scene),
         color=0.0,
         start=AlongRay(seen / scale),
@@ -104,13 +102,3 @@ def _index_angle(scene: Scene) -> float:
     indices = {max(m.ior, 1 / m.ior) for m in used if m.transmittance and m.ior and m.ior != 1}
     turns = [1 / math.sqrt(n * n - 1) / (1 - 1 / n) for n in indices]
     return 2.0**-22 * max(turns, default=0.0)
-
-
-def _warp(geometry: Geometry) -> float:
-    """The largest distance of a polygon's vertex from its plane, in scene units."""
-    off = [0.0]
-    for polygon in geometry.polygons:
-        p = polygon.facets.plane / norm(polygon.facets.plane)
-        vertices = polygon.facets.vertices.T
-        off.append(float(np.abs(dot(p, vertices - vertices[:, :1])).max()))
-    return max(off)
