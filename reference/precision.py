@@ -18,6 +18,8 @@ Precision = Literal["float64", "float32", "half"]
 
 #: Largest relative errors of rounding to the formats.
 ROUNDING: dict[Precision, float] = {"float64": 2.0**-53, "float32": 2.0**-24, "half": 2.0**-11}
+#: Half the steps between numbers too small for the formats' relative error.
+_LEAST: dict[Precision, float] = {"float64": 2.0**-1075, "float32": 2.0**-150, "half": 2.0**-25}
 #: Nobody traces rays in half: what is handed over in it was computed in float32.
 _COMPUTED: dict[Precision, Precision] = {
     "float64": "float64", "float32": "float32", "half": "float32",
@@ -94,8 +96,8 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
     vertex, angle = math.sqrt(3) * u * _reach(scene), _STEPS * u
     if claim.delta is not None:
         vertex, angle = delta, max(angle, delta / scene.extent)
-    coarsest = max(ROUNDING[claim.precision], ROUNDING[claim.handed])
-    handed = 0.0 if coarsest == ROUNDING["float64"] else coarsest
+    coarsest = max(claim.precision, claim.handed, key=ROUNDING.__getitem__)
+    handed = 0.0 if coarsest == "float64" else ROUNDING[coarsest]
     start = _start(scene, claim, delta)
     return Declared(
         delta=delta,
@@ -105,7 +107,7 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
         start=start,
         derivation=_derivation(claim, u, delta, start, handed),
         grain=handed,
-        steps=_steps(scene, handed) if handed else (),
+        steps=_steps(scene, handed, _LEAST[coarsest]) if handed else (),
         watertight=False,
     )
 
@@ -136,18 +138,20 @@ def _start(scene: Scene, claim: Claim, delta: float) -> AlongRay | None:
     return None if _CLEAR * delta <= scene.epsilon else AlongRay(_CLEAR * delta)
 
 
-def _steps(scene: Scene, u: float) -> tuple[tuple[str, float], ...]:
-    """Absolute errors of handing over numbers with relative error u; distances are in `grain`.
+def _steps(scene: Scene, u: float, least: float) -> tuple[tuple[str, float], ...]:
+    """Absolute errors of handing over numbers with relative error u, or `least` near zero.
 
     A position's components are at most E + |P0|, a secondary ray's length at most 2·E in a scene
-    whose extent is E; components of unit vectors and barycentric weights are at most 1.
+    whose extent is E; components of unit vectors and barycentric weights are at most 1. Of depths,
+    distances and colours the relative error is declared elsewhere.
     """
     reach = scene.extent + max(map(abs, scene.screen.P0))
     sizes = {"position": reach, "reflection_t": 2 * scene.extent, "refraction_t": 2 * scene.extent}
     unit = [n for n, q in QUANTITIES.items() if q.kind == "direction" or n == "barycentric"]
-    sizes |= dict.fromkeys(unit, 1.0)
+    sizes |= dict.fromkeys(unit, 1.0) | dict.fromkeys(("depth", "distance", "color"), 0.0)
     return tuple(
-        (name, math.sqrt(QUANTITIES[name].components) * u * s) for name, s in sizes.items()
+        (name, math.sqrt(QUANTITIES[name].components) * max(u * s, least))
+        for name, s in sizes.items()
     )
 
 

@@ -83,3 +83,15 @@ def test_a_declared_length_takes_the_place_of_the_format() -> None:
         declared(scene, claim, most=0.9e-3)
     with pytest.raises(InputError, match="wider than allowed"):
         declared(scene, Claim("float32"), most=1e-9)
+
+
+def test_light_too_faint_for_halfs_relative_error_may_be_off_by_half_its_steps() -> None:
+    document = small_scene("faint").to_dict()
+    document["light"] |= {"color": [2e-6, 3e-6, 5e-6]}
+    document["background"] = [3e-7, 5e-7, 7e-7]
+    scene = minirt.load_scene(document)
+    as_half = judged(scene, Claim("half", handed="half"), "half")
+    (color,) = (check for check in as_half.checks if check.quantity == "color")
+    assert (color.state, color.wrong) == ("passed", 0)
+    assert color.ratio is not None
+    assert color.ratio > 0.3
