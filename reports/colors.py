@@ -27,6 +27,13 @@ MASKS: dict[str, Bytes] = {
     "tir": palette("dfe2e7", "7fb6dd", "7a3b00"),
 }
 
+#: Words for those values; none where the value needs none.
+MASK_WORDS: dict[str, tuple[str, str, str]] = {
+    "hit": ("", "nothing hit", "hit"),
+    "shadow": ("nothing hit", "lit", "in shadow"),
+    "tir": ("no index", "goes through", "totally reflected"),
+}
+
 #: Objects and faces, again and again; neighbours differ in lightness too.
 CATEGORIES = palette(
     "0072b2", "f0b83c", "1b4d3e", "e08bb4", "56b4e9", "8c3b12",

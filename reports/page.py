@@ -22,6 +22,7 @@ from reports.colors import (
     BOUNDS,
     CATEGORIES,
     HATCH,
+    MASK_WORDS,
     MASKS,
     NOTHING,
     RING,
@@ -75,13 +76,6 @@ _ORDER: tuple[SceneState, ...] = ("failed", "incomplete", "passed", "not compare
 _RULE_ICONS: dict[RuleState, str] = {
     "failed": "✗", "passed": "✓", "partly checked": "◐", "not checked": "–", "no scene": "–",
 }  # fmt: skip
-
-#: Words beside the colours of a mask's three values.
-_MASK_WORDS = {
-    "hit": ("", "nothing hit", "hit"),
-    "shadow": ("nothing hit", "lit", "in shadow"),
-    "tir": ("no index", "goes through", "totally reflected"),
-}
 
 
 def report_html(run: Run) -> str:
@@ -351,7 +345,7 @@ def _legend(name: str) -> list[tuple[str, str]]:
     """Colours with what they stand for; empty where a scale or a sentence says it."""
     if name in MASKS:
         return [
-            (css(c), word) for c, word in zip(MASKS[name], _MASK_WORDS[name], strict=True) if word
+            (css(c), word) for c, word in zip(MASKS[name], MASK_WORDS[name], strict=True) if word
         ]
     if QUANTITIES[name].discrete:
         first = [(css(CATEGORIES[k]), f"{k}") for k in range(4)]
