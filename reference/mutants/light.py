@@ -85,6 +85,18 @@ def _shares_exchanged(
     return SLIDES.combine(local, mirrored, transmitted, k_t, k_r)
 
 
+def _local_alone(
+    local: Floats, mirrored: Floats, transmitted: Floats, k_r: Floats, k_t: Floats
+) -> Floats:
+    return local
+
+
+def _no_secondary_light(
+    local: Floats, mirrored: Floats, transmitted: Floats, k_r: Floats, k_t: Floats
+) -> Floats:
+    return SLIDES.combine(local, 0.0 * mirrored, 0.0 * transmitted, k_r, k_t)
+
+
 MUTANTS = (
     Mutant("light-not-negated", "S12", "with l in the place of −l",
            "l is where the light travels to; the shadow ray goes where it comes from.",
@@ -125,4 +137,10 @@ MUTANTS = (
     Mutant("shares-exchanged", "S7", "with k_r and k_t exchanged",
            "Both are numbers between 0 and 1, and arguments come in some order.",
            "colour", SLIDES.replace(combine=_shares_exchanged)),
+    Mutant("local-colour-alone", "S7", "with the local colour alone",
+           "Mirrors and glass are still to come: k_r and k_t are not used.",
+           "colour", SLIDES.replace(combine=_local_alone)),
+    Mutant("no-secondary-light", "S7", "without the light of reflected and refracted rays",
+           "The shares are right, and nothing is added for them.",
+           "colour", SLIDES.replace(combine=_no_secondary_light)),
 )  # fmt: skip

@@ -58,6 +58,15 @@ def _total_reflection_ignored(delta: Floats, s: Floats, nu: Floats, nu_t: Floats
     return np.where(np.isnan(right), along_surface, right)
 
 
+def _outer_normal(delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> Floats:
+    """As if every ray came from the outside: s is turned inward, however δ goes."""
+    cosine = -dot(delta, s)
+    ratio = nu / nu_t
+    radicand = 1.0 - ratio * ratio * (1.0 - cosine * cosine)
+    root = np.sqrt(np.where(radicand < 0, 0.0, radicand))
+    return np.where(radicand < 0, np.nan, ratio * delta - (root - ratio * cosine) * s)
+
+
 def _ratio_not_squared(delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> Floats:
     cosine = dot(delta, s)
     s = np.where(cosine <= 0, -s, s)
@@ -97,6 +106,9 @@ MUTANTS = (
     Mutant("s-on-the-incident-side", "S16", "with s on the incident side",
            "It is the slide's letter (E1), and sends the ray back where it came from.",
            "refraction", SLIDES.replace(refract=_incident_side)),
+    Mutant("s-not-turned-on-leaving", "S16", "with s turned inward on leaving too",
+           "The normal was turned for rays that enter; those that leave need the other one.",
+           "refraction", SLIDES.replace(refract=_outer_normal)),
     Mutant("total-reflection-ignored", "S16", "with a negative radicand taken for 0",
            "It keeps the square root from failing, and glass lets light out at any angle.",
            "refraction", SLIDES.replace(refract=_total_reflection_ignored)),
