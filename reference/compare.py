@@ -276,11 +276,12 @@ def _usual_tolerance(tolerance: Floats | None, certain: Bools) -> float:
 def _fault(check: Check) -> str:
     if check.wrong:
         return f"{check.wrong} of {check.certain} certain pixels wrong" + (
-            "" if check.first_wrong else f", all of them after an earlier stage than {check.stage}"
+            "" if check.first_wrong else ", all wrong in an earlier stage already"
         )
     if check.certain < check.floor * check.pixels:
         share = check.certain / check.pixels
-        return f"only {share:.2%} of the pixels are certain, expected {check.floor:.2%}"
+        least = 100 * check.floor
+        return f"only {100 * share:.2f} % of the pixels are certain, expected {least:.4g} %"
     if check.ssim is not None and check.ssim_floor is not None and check.ssim < check.ssim_floor:
         return f"SSIM {check.ssim:.5f} is below its floor {check.ssim_floor}"
     if (

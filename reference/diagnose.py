@@ -21,6 +21,7 @@ from minirt.scene import Facets, Scene
 from minirt.trace import ASKED_OF_EVERY_PAIR
 from minirt.vectors import Bools, Floats, Index
 from reference.mutants import CATALOGUE, Mutant
+from reference.symptoms import Symptom, float32_arithmetic, missing_or_at_once
 from reference.verify import Evidence
 
 #: Pixels that the final candidates are judged by, and that all candidates are: half of them wrong.
@@ -46,7 +47,8 @@ class Diagnosis:
 
     Attributes
     ----------
-    mutant, rule, mistake : str
+    name, rule, mistake : str
+        The mutant's.
     stage : str
         The stage whose wrong pixels it explains.
     agrees : float
@@ -55,7 +57,7 @@ class Diagnosis:
         Share of the pixels wrong at that stage that it explains.
     """
 
-    mutant: str
+    name: str
     rule: str
     mistake: str
     stage: str
@@ -77,8 +79,8 @@ class _Sample:
     weight: Floats
 
 
-def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis, ...]:
-    """The mutants that explain a failure best; none where none fits.
+def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis | Symptom, ...]:
+    """What explains a failure best: plain symptoms, then mutants; none where none fits.
 
     Parameters
     ----------
@@ -89,12 +91,19 @@ def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis, ...]:
 
     Returns
     -------
-    tuple of Diagnosis
-        Best first; empty where nothing is wrong, or nothing in the catalogue explains it.
+    tuple of Diagnosis or Symptom
+        Best first; empty where nothing is wrong, or nothing known explains it.
     """
-    first = evidence.comparison.first_stage
-    if not (first >= 0).any():
+    if not (evidence.comparison.first_stage >= 0).any():
         return ()
+    found: list[Diagnosis | Symptom] = list(missing_or_at_once(evidence))
+    found += _explaining(evidence, most)
+    return tuple(found[:most] or float32_arithmetic(evidence))
+
+
+def _explaining(evidence: Evidence, most: int) -> tuple[Diagnosis, ...]:
+    """The mutants that explain the first stage that any of them explains."""
+    first = evidence.comparison.first_stage
     glance = _sampled(first, GLANCE)
     suspects = [mutant for mutant in CATALOGUE.values() if _affordable(evidence.scene, mutant)]
     for stage in np.unique(first[first >= 0]):

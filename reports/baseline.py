@@ -19,7 +19,7 @@ from converters.atomic import atomic_file
 from minirt.errors import InputError
 from reference.compare import Check, State
 from reference.verify import ReferenceResult, SceneResult
-from reports.json_model import Model
+from reports.json_model import Model, Natural
 
 #: States that a baseline can excuse.
 _EXCUSED: tuple[State, ...] = ("failed", "crashed", "timed out")
@@ -30,6 +30,9 @@ class Entry(Model):
 
     scene: str
     quantity: str
+    wrong: Natural | None = Field(
+        default=None, description="wrong pixels that are excused, and no more; null: any number"
+    )
     reason: str = Field(description="why it fails, or who is at work on it")
     until: date = Field(description="the last day on which it is excused")
 
@@ -83,6 +86,9 @@ class Baseline:
         if entry.until < self.today:
             late = f"{check.reason} (known: {entry.reason}; excused until {entry.until})"
             return replace(check, reason=late)
+        if entry.wrong is not None and check.wrong > entry.wrong:
+            more = f"{check.reason}; {entry.wrong} were excused ({entry.reason})"
+            return replace(check, reason=more)
         reason = f"{entry.reason} (until {entry.until}): {check.state}, {check.reason}"
         return replace(check, state="known", reason=reason)
 
@@ -132,24 +138,24 @@ def write_baseline(
 ) -> int:
     """Record every failure of a run as known; give their number.
 
-    What was known before keeps its reason and its date while it lasts; entries of scenes that the
-    run did not hold stay.
+    What was known before keeps its reason and its date while it lasts, with the number of wrong
+    pixels that it has now; entries of scenes that the run did not hold stay.
     """
     before = {(entry.scene, entry.quantity): entry for entry in old.entries}
     ran = {result.scene.name for result in results}
     failing = {
-        (result.scene.name, check.quantity)
+        (result.scene.name, check.quantity): check.wrong
         for result in results
         for answer in result.references
         for check in answer.checks
         if check.state in (*_EXCUSED, "known")
     }
     kept = [entry for entry in old.entries if entry.scene not in ran]
-    for scene, quantity in sorted(failing):
+    for (scene, quantity), wrong in sorted(failing.items()):
         entry = before.get((scene, quantity))
         if entry is None or entry.until < old.today:
             entry = Entry(scene=scene, quantity=quantity, reason=reason, until=until)
-        kept.append(entry)
+        kept.append(entry.model_copy(update={"wrong": wrong}))
     model = BaselineModel(minirtBaseline=1, known=kept)
     with atomic_file(path) as temporary:
         document = json.dumps(model.model_dump(mode="json"), indent=1, ensure_ascii=False)

@@ -94,6 +94,8 @@ def gate(
         _init(init, language, json)
         return
     judged, last = subject.reference(), _until(until)
+    chosen = chosen_quantities(quantities or None)
+    required = _required(require, chosen)
     loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
     require_distinct(loaded)
     for scene in loaded:
@@ -104,8 +106,7 @@ def gate(
         run = run_verify(
             loaded, [judged], out, jobs, [judged.name],
             lambda _, total: tell(next(done), total), timeout=subject.patience,
-            quantities=chosen_quantities(quantities or None),
-            given=chosen_quantities(require) if require else (),
+            quantities=chosen, given=required,
             cache=None if no_cache else usual_cache(), baseline=known, diagnose=diagnose,
         )  # fmt: skip
     print_run(run, people() if json else answers())
@@ -113,10 +114,12 @@ def gate(
         print_json(results_document(run))
     if update and baseline is not None and known is not None:
         from reports.baseline import write_baseline
+        from reports.words import count
 
         why = reason or "recorded when the gate was set up"
         number = write_baseline(baseline, run.results, known, why, last)
-        people().print(f"{baseline}: {number} known failures", soft_wrap=True)
+        told = f"{baseline}: {count(number, 'failure')} recorded; a run with --baseline passes now"
+        people().print(told, soft_wrap=True)
         raise typer.Exit(0)
     raise typer.Exit(run.exit_status)
 
@@ -128,6 +131,21 @@ def _init(folder: Path, language: Language, json: bool) -> None:
     if json:
         print_json({"folder": str(folder), "files": files})
     people().print(f"{folder}: {len(files)} files. Begin with README.md.", soft_wrap=True)
+
+
+def _required(require: str, chosen: tuple[str, ...]) -> tuple[str, ...]:
+    """Quantities that must be given: each must be judged, too."""
+    from minirt.errors import InputError
+    from minirt.render import chosen_quantities
+
+    required = chosen_quantities(require) if require else ()
+    unjudged = [name for name in required if name not in chosen]
+    if unjudged:
+        raise InputError(
+            "required, but not judged", where="--require", got=", ".join(unjudged),
+            expected="only what --quantities names, or no --quantities",
+        )  # fmt: skip
+    return required
 
 
 def require_distinct(scenes: list[Scene]) -> None:

@@ -100,8 +100,10 @@ def likeliest(results: Iterable[SceneResult]) -> str:
     first = [named[0] for named in found if named]
     if not first:
         return "none of the known mistakes explains it" if found else ""
-    most = max(first, key=lambda each: sum(other.mutant == each.mutant for other in first))
-    number = sum(other.mutant == most.mutant for other in first)
+    most = max(first, key=lambda each: sum(other.name == each.name for other in first))
+    number = sum(other.name == most.name for other in first)
+    if 2 * number < len(found):
+        return "no one mistake explains most of it"
     where = f" ({number} of {len(found)} failing scenes)" if len(found) > 1 else ""
     return f"{most.sentence}{where}"
 

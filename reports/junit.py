@@ -21,7 +21,7 @@ def junit_xml(run: Run) -> str:
     from being complete is one more case, so that a run of 0 scenes cannot be taken for a pass.
     A reference's time for a scene is shared out among its cases.
     """
-    report = JUnitXml("minirt verify")
+    report = JUnitXml("minirt")
     for result in run.results:
         report.add_testsuite(_suite(result, run.required))
     if run.verdict.troubles:
@@ -67,8 +67,8 @@ def _judged(scene: str, judgement: Judgement, seconds: float) -> TestCase:
 
 
 def _troubles(run: Run) -> TestSuite:
-    suite = TestSuite("minirt verify")
-    case = TestCase("complete", "minirt verify")
+    suite = TestSuite("minirt")
+    case = TestCase("complete", "minirt")
     case.result = [Error(one_line(trouble), "incomplete") for trouble in run.verdict.troubles]
     suite.add_testcase(case)
     return suite

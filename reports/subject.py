@@ -95,7 +95,7 @@ class Subject:
             show_default=False,
             help="The number format in which numbers come, where it is coarser than they were "
             "computed in: half channels, say. Without it float64 for .npz and functions, else "
-            "float32.",
+            "float32, also for folders, even of .npy.",
         ),
     ] = None  # fmt: skip
     delta: Annotated[
@@ -116,7 +116,8 @@ class Subject:
         float | None,
         typer.Option(
             metavar="LENGTH", min=0.0, show_default=False,
-            help="Where its secondary rays start, in scene units, if not at the scene's ε.",
+            help="Where its secondary rays start, in scene units, if not at the scene's ε; in "
+            "float32 not at 64 times its error either.",
         ),
     ] = None  # fmt: skip
     sandbox: Annotated[

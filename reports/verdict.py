@@ -117,8 +117,15 @@ def _failure(results: Sequence[SceneResult]) -> str:
         whys.append(f"exact arithmetic convicts minirt on {_of(len(found), len(results))}")
     mistake = likeliest(results)
     whys += [mistake] if mistake else []
-    why = "; ".join(whys) or "no pixel is wrong, but a floor or a ceiling is not kept"
+    why = "; ".join(whys) or _reason(results)
     return f"FAIL: {_of(failed, len(results))}; {why}"
+
+
+def _reason(results: Sequence[SceneResult]) -> str:
+    """Why checks failed in which no pixel is wrong: the first reason, and how many others."""
+    failed = (check for check in checks_of(results) if check.state == "failed")
+    first, *others = dict.fromkeys(one_line(check.reason, 200) for check in failed)
+    return f"no pixel is wrong, but {first}" + (f"; and {len(others)} more" if others else "")
 
 
 def _success(results: Sequence[SceneResult]) -> str:
@@ -131,19 +138,19 @@ def _success(results: Sequence[SceneResult]) -> str:
             for r in results for a in r.references if a.reference == name for check in a.checks
         )
     ]  # fmt: skip
-    text = f"PASS: {count(by_state['passed'], 'scene')} agree with {listed(names)}"
+    known = sum(check.state == "known" for check in checks_of(results))
+    head = f"PASS, with {count(known, 'known failure')}" if known else "PASS"
+    text = f"{head}: {count(by_state['passed'], 'scene')} agree with {listed(names)}"
     if by_state["passed"] == 1:
         text = text.replace(" agree ", " agrees ")
     checks = [check for check in checks_of(results) if check.state == "passed"]
     certain = share(sum(c.certain for c in checks), sum(c.pixels for c in checks))
-    text += f"; no wrong pixel among the {certain} that are certain"
+    text += f"; no {'other ' if known else ''}wrong pixel among the {certain} that are certain"
     worst = worst_check(checks)
     if worst is not None:
         text += f", largest error {times(worst.ratio or 0.0)} its tolerance ({worst.quantity})"
     exact = all_in_words([r.judgement for r in results if r.judgement is not None])
     text += f"; {exact}" if exact else ""
-    known = sum(check.state == "known" for check in checks_of(results))
-    text += f"; {count(known, 'known failure')}" if known else ""
     if by_state["not compared"]:
         text += f"; {count(by_state['not compared'], 'scene')} not compared"
     return text

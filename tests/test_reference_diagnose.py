@@ -54,7 +54,7 @@ def test_the_right_mutant_is_among_the_first_three_under_any_small_noise() -> No
         evidence = subject(where, CATALOGUE[name], noise)
         if noise.name != "no border" and evidence.comparison.passed:
             continue  # the mistake is smaller than the error that the subject declares
-        ended[name, noise.name] = name in [found.mutant for found in diagnose(evidence)]
+        ended[name, noise.name] = name in [found.name for found in diagnose(evidence)]
     assert len(ended) >= 70
     assert {noise for _, noise in ended} == {noise.name for noise in NOISES}
     missed = [case for case, named in ended.items() if not named]
@@ -66,7 +66,7 @@ def test_what_is_said_of_a_picture_without_the_half_pixel() -> None:
     start = time.process_time()
     found = diagnose(evidence)
     assert time.process_time() - start < SECONDS
-    assert found[0].mutant == "no-half-pixel"
+    assert found[0].name == "no-half-pixel"
     assert found[0].sentence == "agrees with rule S2 without the half pixel at 100.0 % of pixels"
     assert pickle.loads(pickle.dumps(found)) == found  # noqa: S301
 
@@ -131,11 +131,55 @@ def test_of_two_mistakes_the_earlier_one_is_named(first: str, second: str) -> No
     both = Mutant("both", "S4", "with two", "Two mistakes.", "ray", rules)
     where = bench("alpha")
     found = diagnose(evidence_of(where, both.render(where.scene)))
-    assert first in [diagnosis.mutant for diagnosis in found]
-    assert second not in [diagnosis.mutant for diagnosis in found]
+    assert first in [diagnosis.name for diagnosis in found]
+    assert second not in [diagnosis.name for diagnosis in found]
 
 
 def test_quantities_that_are_not_given_do_not_matter() -> None:
     where = bench("ball-on-quad")
     frame = CATALOGUE["rows-from-top"].render(where.scene, "hit,depth")
-    assert "rows-from-top" in [found.mutant for found in diagnose(evidence_of(where, frame))]
+    assert "rows-from-top" in [found.name for found in diagnose(evidence_of(where, frame))]
+
+
+def changed(where: Bench, **arrays: Array) -> list[str]:
+    """The sentences about minirt's own frame with other arrays in it."""
+    frame = Frame({**where.exact.frame.arrays, **arrays})
+    evidence = evidence_of(where, frame)
+    assert not evidence.comparison.passed
+    return [found.sentence for found in diagnose(evidence)]
+
+
+def test_an_empty_picture_is_called_empty() -> None:
+    where = bench("ball-on-quad")
+    said, *_ = changed(where, hit=np.zeros_like(where.exact.frame["hit"]))
+    assert said.startswith("hits nothing, where ")
+
+
+@pytest.mark.parametrize("with_objects", [True, False])
+def test_a_kind_of_object_that_is_never_met_is_named(with_objects: bool) -> None:
+    where = bench("ball-on-quad")
+    exact, things = where.exact.frame, where.scene.objects
+    quads = [k for k, thing in enumerate(things) if getattr(thing, "type", "") == "polygon"]
+    lost = np.isin(exact["object"], quads)
+    assert lost.any()
+    arrays = {"hit": exact["hit"] & ~lost}
+    if with_objects:
+        arrays["object"] = np.where(lost, -1, exact["object"])
+    found = diagnose(evidence_of(where, Frame(arrays)))
+    assert found[0].sentence == "never meets a polygon: is that kind of object written yet?"
+
+
+def test_secondary_rays_that_meet_the_surface_they_leave_are_told_so() -> None:
+    where = bench("ball-on-quad")
+    acne = np.where(where.exact.frame["hit"], 1e-15, np.inf)
+    said, *_ = changed(where, reflection_t=acne)
+    assert "meet the surface they leave (reflection_t 1e-15 where ε is" in said
+
+
+def test_float32_arithmetic_is_recognised_and_a_larger_error_is_not() -> None:
+    where = bench("ball-on-quad")
+    noise = np.random.default_rng(1).normal(size=where.exact.frame["depth"].shape)
+    depth = where.exact.frame["depth"]
+    (said,) = changed(where, depth=depth * (1 + 3e-7 * noise))
+    assert "say --precision float32" in said
+    assert changed(where, depth=depth * (1 + 1e-4 * noise)) == []

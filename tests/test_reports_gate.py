@@ -188,6 +188,7 @@ def test_nothing_passes_by_being_vague(gate: Gate) -> None:
         (("--python", "a:b", "--update-baseline"), "no baseline"),
         (("--python", "a:b", "--until", "soon"), "not a date"),
         (("--python", "a:b", "--quantities", "dept"), "unknown quantity"),
+        (("--python", "a:b", "--quantities", "hit", "--require", "hit,normal"), "not judged"),
     ],
 )
 def test_misuse_is_one_clear_error(gate: Gate, options: tuple[str, ...], words: str) -> None:
@@ -205,7 +206,8 @@ def test_a_baseline_lets_known_failures_pass_until_their_day(gate: Gate, tmp_pat
     assert status == 0
     assert "known" in states(document).values()
     assert "failed" not in states(document).values()
-    assert "known failures" in document["verdict"]["sentence"]
+    assert document["verdict"]["sentence"].startswith("PASS, with ")
+    assert "no other wrong pixel" in document["verdict"]["sentence"]
     # What is not listed fails still.
     listed = json.loads(known.read_text(encoding="utf-8"))
     listed["known"] = [entry for entry in listed["known"] if entry["quantity"] != "ray"]
@@ -223,6 +225,24 @@ def test_a_baseline_lets_known_failures_pass_until_their_day(gate: Gate, tmp_pat
     status, document = gate(*subject)
     assert status == 1
     assert any("was excused until 2001-01-01" in remark for remark in document["remarks"])
+
+
+def test_a_known_failure_that_grows_is_not_excused(gate: Gate, tmp_path: Path) -> None:
+    known = tmp_path / "known.json"
+    subject = "--python", "gate_subjects:no_half_pixel", "--baseline", str(known)
+    gate(*subject, "--update-baseline")
+    listed = json.loads(known.read_text(encoding="utf-8"))
+    (depth,) = (entry for entry in listed["known"] if entry["quantity"] == "depth")
+    assert depth["wrong"] > 10
+    depth["wrong"] -= 1
+    known.write_text(json.dumps(listed), encoding="utf-8")
+    status, document = gate(*subject)
+    assert status == 1
+    assert states(document)["depth"] == "failed"
+    assert any(f"{depth['wrong']} were excused" in reason for reason in reasons(document))
+    depth["wrong"] = None
+    known.write_text(json.dumps(listed), encoding="utf-8")
+    assert gate(*subject)[0] == 0
 
 
 def test_a_broken_baseline_is_refused(gate: Gate, tmp_path: Path) -> None:

@@ -221,7 +221,7 @@ def test_one_wrong_pixel_is_outlined_and_enlarged() -> None:
 def test_what_follows_from_an_earlier_stage_is_marked_so() -> None:
     scene = small_scene(materials={"gray": {"ambient": [0, 0, 0]}, "glass": {"ior": 1.5}})
     text = report_html(run_of([scene], [Faulty()]))
-    assert "all of them after an earlier stage than colour" in text
+    assert "all wrong in an earlier stage already" in text
     assert '<td class="follows"' in text
 
 

@@ -94,7 +94,7 @@ class CommandSubject:
         sys.stdout.write(ended.output)
         if ended.reason:
             kind = TimedOut if ended.reason.startswith("no answer within") else Crashed
-            raise kind(f"the program {ended.reason}")
+            raise kind(_sentence(ended.reason))
         plain_files(room)
         program = Path(filled[0]).name
         return (_read_aov if self.out_as == "mitsuba" else _read)(out, scene, program)
@@ -206,6 +206,12 @@ def _names_a_file(word: str) -> bool:
 def _near(words: list[str]) -> list[Path]:
     """The folders of the files that a command names: a program may load others beside it."""
     return [Path(word).parent for word in words if word.startswith("/") and Path(word).is_file()]
+
+
+def _sentence(reason: str) -> str:
+    """How a program ended, as a sentence of its own."""
+    whole = ("there is no program", "no answer within")
+    return reason if reason.startswith(whole) else f"the program {reason}"
 
 
 def _filled(word: str, values: Mapping[str, object]) -> str:
