@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from datetime import date, timedelta
 from enum import StrEnum
 from pathlib import Path
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from minirt.scene import Scene
     from reference.cache import Cache
     from reports.baseline import Baseline
+    from reports.record import Run
 
 #: Days for which a new entry of a baseline excuses a failure.
 _DAYS = 90
@@ -96,7 +98,8 @@ def gate(
     judged, last = subject.reference(), _until(until)
     chosen = chosen_quantities(quantities or None)
     required = _required(require, chosen)
-    loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
+    named = scenes or [f"atlas:{name}" for name in atlas_names()]
+    loaded = [load_scene(scene) for scene in named]
     require_distinct(loaded)
     for scene in loaded:
         judged.declare(scene)  # refused before anything is rendered
@@ -110,6 +113,7 @@ def gate(
             cache=None if no_cache else usual_cache(), baseline=known, diagnose=diagnose,
         )  # fmt: skip
     print_run(run, people() if json else answers())
+    _look_closer(run, dict(zip(map(id, loaded), named, strict=True)), subject)
     if json:
         print_json(results_document(run))
     if update and baseline is not None and known is not None:
@@ -122,6 +126,18 @@ def gate(
         people().print(told, soft_wrap=True)
         raise typer.Exit(0)
     raise typer.Exit(run.exit_status)
+
+
+def _look_closer(run: Run, named: dict[int, str], subject: Subject) -> None:
+    """The command that shows the first wrong pixel; from standard input no scene comes twice."""
+    from reports.findings import failing
+
+    for result, _, check in failing(run.results):
+        if check.worst is not None and check.wrong and named[id(result.scene)] != "-":
+            words = [named[id(result.scene)], "--pixel", check.worst.column, check.worst.row]
+            command = shlex.join(["minirt", "explain", *map(str, words), *subject.arguments()])
+            people().print(f"look closer: {command}", soft_wrap=True)
+            return
 
 
 def _init(folder: Path, language: Language, json: bool) -> None:

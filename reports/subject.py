@@ -222,6 +222,16 @@ class Subject:
             if (value := given[f.name]) != f.default
         }
 
+    def arguments(self) -> list[str]:
+        """The options as words of a command line."""
+        words: list[str] = []
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if value != f.default:
+                words.append("--" + f.name.replace("_", "-"))
+                words += [] if value is True else [str(value)]
+        return words
+
     def _command(self) -> Reference:
         from reference.program import Limits
         from reference.renderers.external import CommandSubject, command_words

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -50,17 +52,17 @@ def print_run(run: Run, console: Console) -> None:
     """The table of scenes, a line for each failing cell, the report's path and the verdict."""
     if run.results:
         console.print(_table(run))
-    cells = list(failing(run.results))
-    for cell in cells[:MOST_LINES]:
-        _say(console, _failure(cell))
-    if len(cells) > MOST_LINES:
-        _say(console, Text(f"  … and {len(cells) - MOST_LINES} more in the report", "dim"))
+    groups = _alike(failing(run.results))
+    for group in groups[:MOST_LINES]:
+        _say(console, _failure(group))
+    if len(groups) > MOST_LINES:
+        _say(console, Text(f"  … and {len(groups) - MOST_LINES} more in the report", "dim"))
     for result, answer, words in list(diagnosed(run.results))[:MOST_LINES]:
         _say(console, Text(f"→ {one_line(result.scene.name)} × {answer.reference}: {words}"))
     for result in convicted(run.results):
         _conviction(console, result)
-    for group in silent(run.results):
-        _silence(console, group)
+    for silence in silent(run.results):
+        _silence(console, silence)
     for gap in gaps(run.results)[:MOST_GAPS]:
         _say(console, Text(f"– {gap.reference}: {gap_in_words(gap)}: {gap.reason}", "dim"))
     for line in not_compared(run.results):
@@ -104,11 +106,22 @@ def _certain(result: SceneResult) -> Text:
     return Text("–" if least is None else share(least.certain, least.pixels), "dim")
 
 
-def _failure(cell: Finding) -> Text:
-    """One failing cell: where, how much, the worst pixel with both values."""
-    result, answer, check = cell
+def _alike(found: Iterable[Finding]) -> list[list[Finding]]:
+    """Failing cells; those of one scene and reference that fail for one reason are together."""
+    groups: dict[tuple[str, ...], list[Finding]] = {}
+    for result, answer, check in found:
+        alone = check.quantity if check.wrong else ""
+        key = (result.scene.name, answer.reference, check.reason, alone)
+        groups.setdefault(key, []).append((result, answer, check))
+    return list(groups.values())
+
+
+def _failure(cells: list[Finding]) -> Text:
+    """A failing cell, or several alike: where, how much, the worst pixel with both values."""
+    result, answer, check = cells[0]
     style = "dark_orange" if is_consequence(check) else _STYLES["failed"]
-    place = f"{one_line(result.scene.name)} × {answer.reference} × {check.quantity}"
+    names = check.quantity if len(cells) == 1 else f"{len(cells)} quantities"
+    place = f"{one_line(result.scene.name)} × {answer.reference} × {names}"
     detail = f"{figure(check)}; worst {worst_in_words(check)}" if check.wrong else check.reason
     return Text.assemble((f"{icon(check)} {place}: ", style), detail)
 
@@ -121,12 +134,12 @@ def _conviction(console: Console, result: SceneResult) -> None:
         _say(console, Text.assemble((place, _STYLES["failed"]), words))
 
 
-def _silence(console: Console, group: Silence) -> None:
+def _silence(console: Console, silence: Silence) -> None:
     """A reference that gave no answer: why, on which scenes, and its last lines of output."""
-    names = ", ".join(one_line(name, 60) for name in group.scenes[:3])
-    more = f" and {len(group.scenes) - 3} more" if len(group.scenes) > 3 else ""
-    head = f"{ICONS[group.state]} {group.reference}: {group.state}"
-    _say(console, Text.assemble((head, _STYLES[group.state]), f" on {names}{more}"))
-    _say(console, Text(f"    {one_line(group.reason)}"))
-    for line in [each for each in plain(group.output).splitlines() if each.strip()][-3:]:
+    names = ", ".join(one_line(name, 60) for name in silence.scenes[:3])
+    more = f" and {len(silence.scenes) - 3} more" if len(silence.scenes) > 3 else ""
+    head = f"{ICONS[silence.state]} {silence.reference}: {silence.state}"
+    _say(console, Text.assemble((head, _STYLES[silence.state]), f" on {names}{more}"))
+    _say(console, Text(f"    {one_line(silence.reason)}"))
+    for line in [each for each in plain(silence.output).splitlines() if each.strip()][-3:]:
         _say(console, Text(f"    │ {one_line(line)}", "dim"))

@@ -123,9 +123,10 @@ def _failure(results: Sequence[SceneResult]) -> str:
 
 def _reason(results: Sequence[SceneResult]) -> str:
     """Why checks failed in which no pixel is wrong: the first reason, and how many others."""
-    failed = (check for check in checks_of(results) if check.state == "failed")
+    failed = [check for check in checks_of(results) if check.state == "failed"]
     first, *others = dict.fromkeys(one_line(check.reason, 200) for check in failed)
-    return f"no pixel is wrong, but {first}" + (f"; and {len(others)} more" if others else "")
+    head = "no pixel is wrong, but " if any(check.pixels for check in failed) else ""
+    return head + first + (f"; and {len(others)} more" if others else "")
 
 
 def _success(results: Sequence[SceneResult]) -> str:
@@ -147,7 +148,7 @@ def _success(results: Sequence[SceneResult]) -> str:
     certain = share(sum(c.certain for c in checks), sum(c.pixels for c in checks))
     text += f"; no {'other ' if known else ''}wrong pixel among the {certain} that are certain"
     worst = worst_check(checks)
-    if worst is not None:
+    if worst is not None and worst.ratio:
         text += f", largest error {times(worst.ratio or 0.0)} its tolerance ({worst.quantity})"
     exact = all_in_words([r.judgement for r in results if r.judgement is not None])
     text += f"; {exact}" if exact else ""

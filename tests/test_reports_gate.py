@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -88,6 +89,18 @@ def test_frames_rendered_earlier_are_judged_and_a_lacking_one_fails(
     assert status == 1
     assert states(document)["shadow"] == "failed"
     assert document["scenes"][0]["first_wrong_stage"] == "shadow"
+
+
+def test_the_command_that_shows_the_first_wrong_pixel_is_named(
+    gate: Gate, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    subject = ["--python", "gate_subjects:no_half_pixel", "--precision", "float32"]
+    assert run(["gate", str(tmp_path / "ball.json"), "-o", str(tmp_path / "out"), *subject]) == 1
+    said = capsys.readouterr().err
+    (line,) = (line for line in said.splitlines() if line.startswith("look closer: minirt "))
+    arguments = shlex.split(line)[3:]
+    assert run(arguments) == 1
+    assert "The first wrong stage is ray" in capsys.readouterr().out
 
 
 def test_a_mistake_fails_and_names_its_stage(gate: Gate) -> None:
