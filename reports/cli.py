@@ -20,6 +20,7 @@ from reports.cli_export import export
 from reports.cli_fuzz import fuzz
 from reports.cli_gate import gate
 from reports.cli_mutants import mutants
+from reports.cli_pack import pack
 from reports.cli_render import render
 from reports.cli_rules import rules
 from reports.cli_scenes import scenes
@@ -49,6 +50,9 @@ for command, example in (
     (doctor, "doctor"),
 ):
     app.command(epilog=f"Example: minirt {example}")(command)
+
+
+app.add_typer(pack, name="pack")
 
 
 def _version(asked: bool) -> None:
