@@ -91,7 +91,7 @@ def explain(scene: Scene, column: int, row: int, rules: Rules = SLIDES) -> Expla
 def _steps(whitted: Whitted, i: int, j: int) -> Steps:
     d = yield from _ray_steps(whitted, i, j)
     P0 = whitted.primary_origin(d)
-    hits = whitted.first_hits(P0, d)
+    hits = whitted.primary_hits(P0, d)
     yield from candidate_steps(whitted, P0, d, hits)
     yield _chosen_step(whitted, hits)
     points = whitted.points(P0, d, hits)

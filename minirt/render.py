@@ -161,7 +161,7 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
     n, rules = d.shape[1], whitted.rules
     P0 = whitted.primary_origin(d)
     length = norm(d)
-    hits = whitted.first_hits(P0, d)
+    hits = whitted.primary_hits(P0, d)
     points = whitted.points(P0, d, hits)
     tile: Tile = {
         "ray": d / length,

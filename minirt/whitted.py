@@ -102,9 +102,9 @@ class Onward:
 class Whitted:
     """The lecture's algorithm on one scene, under given rules.
 
-    How rays leave (`primary_origin`, `secondary_start`), what they meet first (`first_hits`) and
-    which normal light obeys (`optical_normal`) are methods of their own, so that a harness can
-    ask what would change if another renderer did them a little differently.
+    How rays leave (`primary_origin`, `secondary_start`), what they meet first (`primary_hits`,
+    `first_hits`) and which normal light obeys (`optical_normal`) are methods of their own, so that
+    a harness can ask what would change if another renderer did them a little differently.
 
     Parameters
     ----------
@@ -138,6 +138,10 @@ class Whitted:
     def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
         """The unit normal (3, n) that light is reflected and refracted by: the geometric one."""
         return normal
+
+    def primary_hits(self, P0: Floats, d: Floats) -> Hits:
+        """What the observer's rays (3, n) meet first. Source: S4."""
+        return self.first_hits(P0, d)
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
         """RT(P0, d, t0, ∞) for rays (3, n)."""

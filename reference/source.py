@@ -61,6 +61,8 @@ class Declared:
         t: in scene units), Euclidean for vectors; none where a quantity is not listed.
     watertight : bool
         Whether a ray always meets one of two facets that share the edge it goes through.
+    near : float
+        Distance from the observer, in scene units, within which it sees nothing.
     """
 
     delta: float
@@ -73,6 +75,7 @@ class Declared:
     grain: float = 0.0
     steps: tuple[tuple[str, float], ...] = ()
     watertight: bool = True
+    near: float = 0.0
 
 
 @dataclass(frozen=True)

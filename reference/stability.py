@@ -1,7 +1,7 @@
 """How far the exact answer itself moves under another renderer's declared error.
 
-Each pixel is traced six times. Once as the lecture says; once with secondary rays started the way
-the other renderer starts them; and four times with, besides, every ray that is cast (primary,
+Each pixel is traced six times. Once as the lecture says; once with rays started the way the other
+renderer starts them; and four times with, besides, every ray that is cast (primary,
 shadow, reflected, refracted) moved sideways by √2·δ, in four directions perpendicular to it. The
 factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of the
 four, whatever its direction. Where δ grows with the distance, primary rays are also tilted, to
@@ -149,7 +149,7 @@ def stability_of(
     links = {link for name in judged for link in chain[name]}
     surfaces = Surfaces.of(geometry, scene.extent)
     sink = _Sink(scene, chain)
-    others = [Restarted(scene, declared)] if declared.start else []
+    others = [Restarted(scene, declared)] if declared.start or declared.near else []
     others += [Displaced(scene, declared, surfaces.levers, k) for k in range(4)]
     for moved in zip(*(tiles(other, {*judged, *links}) for other in others), strict=True):
         start, stop, _ = moved[0]
@@ -219,6 +219,10 @@ class Restarted(Whitted):
     def __init__(self, scene: Scene, declared: Declared, rules: Rules = SLIDES) -> None:
         super().__init__(scene, rules)
         self.declared = declared
+
+    def primary_hits(self, P0: Floats, d: Floats) -> Hits:
+        """The first hits that are not so near that the other renderer may overlook them."""
+        return self.first_hits(P0, d, self.declared.near / abs(self.scene.screen.nu))
 
     def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
         """Where the other renderer starts."""

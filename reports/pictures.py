@@ -90,7 +90,7 @@ def value_png(name: str, values: Array, span: Span) -> bytes:
     if values.ndim == 2:
         return _scalar(values, span)
     given: Bools = np.asarray(np.isfinite(values).all(axis=2))
-    return _rgb(_channels(name, values, span), given)
+    return _rgb(channels(name, values, span), given)
 
 
 def ratio_png(ratio: Floats, factor: int = 1) -> bytes:
@@ -168,8 +168,8 @@ def _scalar(values: Array, span: Span) -> bytes:
     return _indexed(np.where(finite, index, _LEVELS), colors)
 
 
-def _channels(name: str, values: Array, span: Span) -> Bytes:
-    """Vectors (ny, nx, k) as sRGB codes (ny, nx, 3)."""
+def channels(name: str, values: Array, span: Span) -> Bytes:
+    """Vectors (ny, nx, k) as sRGB codes (ny, nx, 3); a span is needed for positions only."""
     if name == "color":
         return srgb_codes(values)
     if name == "barycentric":

@@ -130,6 +130,7 @@ class DeclaredModel(Model):
     grain: float = Field(description="further relative error of a distance from the observer")
     steps: dict[str, float] = Field(description="absolute error of the format, by quantity")
     watertight: bool = Field(description="whether no ray slips between facets that share an edge")
+    near: float = Field(description="distance from the observer within which nothing is seen")
 
 
 class AnswerModel(Model):

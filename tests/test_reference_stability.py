@@ -301,3 +301,24 @@ def test_any_plane_of_a_polygon_that_is_none_is_allowed() -> None:
         error = norm(other[:, None] / norm(other[:, None]) - ours["normal"][ours["hit"]].T)
         assert error.max() > 1e-11
         assert (error <= stability.tolerance["normal"][ours["hit"]]).all()
+
+
+def test_what_is_so_near_that_another_overlooks_it_is_uncertain() -> None:
+    """A small tile 1e-6 before the observer, and a wall far behind it."""
+    tile = [[-1e-9, -1, 5 - 1e-6], [1e-9, -1, 5 - 1e-6], [1e-9, 1, 5 - 1e-6], [-1e-9, 1, 5 - 1e-6]]
+    scene = scene_of(
+        [
+            {"type": "polygon", "material": "paint",
+             "vertices": [[100 * x, y, z] for x, y, z in tile]},
+            {"type": "polygon", "material": "paint",
+             "vertices": [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]]},
+        ]
+    )  # fmt: skip
+    exact = Declared(1e-13, 1e-13, 1e-13, 1e-13, None, "")
+    ours, seeing = measure(scene, exact, ["object"])
+    _, short_sighted = measure(scene, replace(exact, near=1e-5), ["object"])
+    tile_ = ours["object"] == 0
+    assert 0.05 < tile_.mean() < 0.9
+    assert seeing.certain["object"].mean() > 0.95
+    assert not short_sighted.certain["object"][tile_].any()
+    assert short_sighted.certain["object"][~tile_].mean() > 0.95

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from converters.mitsuba import near_clip
 from converters.placement import Placement, reach
 from minirt.scene import Scene
 from minirt.screen import VirtualScreen
@@ -41,6 +42,7 @@ def declared(scene: Scene, placement: Placement) -> Declared:
         vertex=U32 * point / placement.scale,
         angle=U32 * (camera + 4),
         color=16 * U32,
+        near=near_clip(scene, placement) / placement.scale,
         start=NormalOffset(SPAWN_OFFSET, placement.scale, placement.center),
         derivation=_DERIVATION.format(
             camera=camera, delta=delta, scale=placement.scale, center=placement.center

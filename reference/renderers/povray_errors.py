@@ -30,9 +30,9 @@ _DERIVATION = (
     "facet's plane and edges err by 20 roundings at that size, a camera ray's direction by 16·u; "
     "a sphere's (half chord)² = r² − c² + t² by 10·u·E², which moves its outline by 5·u·E²/r, and "
     "below 1e-10 it is no hit, 5e-11/r. δ = u·(20·√3·R + 16·E + 5·E²/r) + 5e-11/r "
-    "= {delta:.3g} scene units. Secondary rays ignore "
-    "what is nearer than 1e-4, shadow rays 1e-3. Indices of refraction are float32: 2⁻²² in a "
-    "quotient turns a refracted ray as a normal tilted by 2⁻²²·tan θ/(1 − 1/n) does, θ the "
+    "= {delta:.3g} scene units. Rays ignore what is nearer than 1e-4, shadow rays 1e-3. Indices of "
+    "refraction are float32: 2⁻²² in a quotient turns a refracted ray as a normal tilted by "
+    "2⁻²²·tan θ/(1 − 1/n) does, θ the "
     "critical angle. Positions come in steps of {step:.2g}, normals and colours in codes of "
     "1/65535, colours after float32 sums. Each triangle is tested by itself, with roundings of its "
     "own: a ray through an edge may slip between two."
@@ -80,6 +80,7 @@ def declared(scene: Scene, placement: Placement) -> Declared:
             ("color", _color_step(scene)),
         ),
         watertight=False,
+        near=NEAREST / scale,
     )
 
 

@@ -12,7 +12,7 @@ from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES
 from minirt.vectors import Bools
 from reports.colors import CATEGORIES, HATCH, MASK_WORDS, MASKS, NOTHING, viridis
-from reports.pictures import Span, span_of, value_png
+from reports.pictures import Span, channels, span_of, value_png
 from reports.words import number
 
 _COLUMNS, _MARGIN, _HEAD, _FOOT = 4, 16, 24, 22
@@ -60,7 +60,11 @@ def _picture(name: str, values: Array) -> tuple[str, Image.Image, Legend]:
     span = span_of(values) if scaled else Span(np.zeros(1), np.ones(1))
     if name == "color":
         span = Span(np.zeros(3), np.ones(3))
-    image = Image.open(io.BytesIO(value_png(name, values, span))).convert("RGB")
+    if values.ndim == 3:
+        given = np.isfinite(values).all(axis=2, keepdims=True)
+        image = Image.fromarray(np.where(given, channels(name, values, span), NOTHING))
+    else:
+        image = Image.open(io.BytesIO(value_png(name, values, span))).convert("RGB")
     return name, _enlarged(image), _legend_of(name, values, span)
 
 
@@ -77,9 +81,9 @@ def _legend_of(name: str, values: Array, span: Span) -> Legend:
     if name == "color":
         return "sRGB, clipped to 0…1"
     if QUANTITIES[name].kind == "direction":
-        return "x, y, z from −1 to 1 as red, green, blue"
+        return "x, y, z from -1 to 1 as red, green, blue"
     if name == "barycentric":
-        return "β, γ, 1 − β − γ as red, green, blue"
+        return "beta, gamma, the rest as red, green, blue"
     return "x, y, z from least to largest as red, green, blue"
 
 
@@ -99,7 +103,7 @@ def _enlarged(image: Image.Image) -> Image.Image:
 
 def _legend(legend: Legend, width: int) -> Image.Image:
     strip = Image.new("RGB", (width, _FOOT), _PAPER)
-    draw, font = ImageDraw.Draw(strip), ImageFont.load_default(12)
+    draw, font = ImageDraw.Draw(strip), ImageFont.load_default(11)
     if isinstance(legend, str):
         draw.text((0, 2), legend, _SOFT, font)
     elif isinstance(legend, tuple):
@@ -113,5 +117,5 @@ def _legend(legend: Legend, width: int) -> Image.Image:
         for color, word in legend:
             draw.rectangle((x, 5, x + 10, 15), color, _SOFT)
             draw.text((x + 15, 2), word, _SOFT, font)
-            x += 15 + int(draw.textlength(word, font)) + 12
+            x += 15 + int(draw.textlength(word, font)) + 8
     return strip
