@@ -15,6 +15,7 @@ from typing import Annotated
 import typer
 
 from reports.cli_doctor import doctor
+from reports.cli_exercises import exercises
 from reports.cli_explain import explain
 from reports.cli_export import export
 from reports.cli_fuzz import fuzz
@@ -47,6 +48,7 @@ for command, example in (
     (scenes, "scenes glass-ball"),
     (rules, "rules"),
     (mutants, "mutants --only no-half-pixel,far-root"),
+    (exercises, "exercises --generate 7"),
     (doctor, "doctor"),
 ):
     app.command(epilog=f"Example: minirt {example}")(command)
