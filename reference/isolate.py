@@ -9,7 +9,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import TimeoutError as JobTimeout
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -120,6 +120,9 @@ def _run(log: str, job: Callable[..., Any], args: tuple[Any, ...]) -> Any:
         except Exception:
             traceback.print_exc()
             raise
+        except BaseException as error:  # what would end the process that hears of it: sys.exit()
+            traceback.print_exc()
+            raise RuntimeError(f"{type(error).__name__} raised: {error}") from None
 
 
 @contextmanager
@@ -132,8 +135,9 @@ def _output_into(log: str) -> Iterator[None]:
         os.dup2(target, 2)
         yield
     finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(Exception):  # the job may have put anything, or nothing, in its place
+                stream.flush()
         for number, descriptor in zip((1, 2), kept, strict=True):
             os.dup2(descriptor, number)
             os.close(descriptor)

@@ -57,6 +57,35 @@ def test_an_exception_is_an_answer_with_its_traceback() -> None:
     assert "in raise_error" in outcome.output
 
 
+def exit_well() -> None:
+    sys.exit(0)
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("job", "reason"),
+    [
+        (exit_well, "RuntimeError: SystemExit raised: 0"),
+        (interrupt, "RuntimeError: KeyboardInterrupt raised: "),
+    ],
+)
+def test_what_would_end_the_program_ends_the_job_alone(job: object, reason: str) -> None:
+    outcome = run(job)
+    assert (outcome.state, outcome.reason) == ("raised", reason)
+
+
+def lose_its_streams(value: int) -> int:
+    sys.stdout = sys.stderr = None  # type: ignore[assignment]
+    return value
+
+
+def test_a_job_may_lose_its_streams() -> None:
+    assert run(lose_its_streams, 1) == Outcome("done", 1)
+
+
 @pytest.mark.parametrize(
     ("job", "reason"),
     [

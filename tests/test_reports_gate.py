@@ -128,6 +128,7 @@ def test_float32_passes_as_float32_and_not_as_float64(gate: Gate) -> None:
         ("unknown_name", 1, "unknown quantity"),
         ("no_mapping", 1, "not a mapping"),
         ("raising", 3, "ZeroDivisionError: the light is off"),
+        ("leaving", 3, "SystemExit: 0"),
         ("nowhere", 1, "there is no such function"),
     ],
 )

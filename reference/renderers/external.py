@@ -133,7 +133,7 @@ class PythonSubject:
         document = plain_document(scene) | {"folder": str(scene.folder.resolve())}
         try:
             answer = function(document)
-        except Exception as error:
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
             raise Crashed(
                 f"{self.function} raised", got=f"{type(error).__name__}: {error}"
             ) from error
@@ -284,7 +284,7 @@ def _function(path: str) -> Any:
         found: Any = importlib.import_module(module)
         for part in name.split("."):
             found = getattr(found, part)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a module that runs its main, unguarded
         why = f"{type(error).__name__}: {error}"
         raise NoAnswer("there is no such function", where=path, got=why) from error
     if not callable(found):
