@@ -302,7 +302,8 @@ def _ended(
     outcome = job.outcome()
     if outcome.state == "done":
         answered: _Answered = outcome.value
-        return answered
+        # Said here, where nothing of what was run can change what is said.
+        return replace(answered, declared=reference.declare(scene))
     if isinstance(outcome.value, Unsupported):
         return _unanswered(reference, names, "not supported", str(outcome.value))
     if isinstance(outcome.value, NoAnswer):

@@ -86,6 +86,19 @@ def leaving(scene: dict[str, Any]) -> Arrays:
     sys.exit(0)
 
 
+def widening(scene: dict[str, Any]) -> Arrays:
+    """Positions far off, and a claim put in the place of its author's."""
+    from dataclasses import replace
+
+    from reference.renderers import external
+
+    claimed = external.declared
+    external.declared = lambda *args: replace(claimed(*args), steps=(("position", 1e9),))
+    arrays = _rendered(scene)
+    arrays["position"] += 1
+    return arrays
+
+
 def main(path: str, out: str, answer: Callable[[dict[str, Any]], Arrays] = honest) -> None:
     """Render the scene in a file to a file or a folder."""
     scene = minirt.load_scene(path)

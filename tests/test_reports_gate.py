@@ -120,6 +120,12 @@ def test_float32_passes_as_float32_and_not_as_float64(gate: Gate) -> None:
     assert "depth" in {name for name, state in states(document).items() if state == "failed"}
 
 
+def test_a_function_cannot_widen_its_claim(gate: Gate) -> None:
+    status, document = gate("--python", "gate_subjects:widening")
+    assert status == 1
+    assert {n for n, state in states(document).items() if state == "failed"} == {"position"}
+
+
 @pytest.mark.parametrize(
     ("function", "status", "words"),
     [
