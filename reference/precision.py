@@ -82,8 +82,9 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
     Raises
     ------
     InputError
-        The claim is wider than allowed.
+        The claim is wider than allowed, or no length.
     """
+    _require_lengths(delta=claim.delta, start=claim.start, max_delta=most)
     u = ROUNDING[_COMPUTED[claim.precision]]
     delta = _delta(scene, u) if claim.delta is None else claim.delta
     if most is not None and delta > most:
@@ -110,6 +111,15 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
         steps=_steps(scene, handed, _LEAST[coarsest]) if handed else (),
         watertight=False,
     )
+
+
+def _require_lengths(**claimed: float | None) -> None:
+    for name, length in claimed.items():
+        if length is not None and not (0 <= length < math.inf):
+            raise InputError(
+                "not a length", where=f"--{name.replace('_', '-')}", got=f"{length:g}",
+                expected="a finite number, at least 0",
+            )  # fmt: skip
 
 
 def _reach(scene: Scene) -> float:

@@ -95,3 +95,13 @@ def test_light_too_faint_for_halfs_relative_error_may_be_off_by_half_its_steps()
     assert (color.state, color.wrong) == ("passed", 0)
     assert color.ratio is not None
     assert color.ratio > 0.3
+
+
+@pytest.mark.parametrize("length", [np.inf, np.nan, -1.0])
+@pytest.mark.parametrize("option", ["delta", "start", "max-delta"])
+def test_a_claim_that_is_no_length_is_refused(option: str, length: float) -> None:
+    claim = Claim(
+        delta=length if option == "delta" else 1e-3, start=length if option == "start" else None
+    )
+    with pytest.raises(InputError, match=f"--{option}: not a length"):
+        declared(small_scene(), claim, most=length if option == "max-delta" else None)
