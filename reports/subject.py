@@ -204,7 +204,7 @@ class Subject:
         if self.frames is None:
             exact = bool(self.python) or self.out_as is OutFormat.npz
         else:
-            exact = self.frames.is_dir() and all(p.suffix == ".npz" for p in self.frames.iterdir())
+            exact = self.frames.is_dir() and not any(map(_is_coarse, self.frames.iterdir()))
         usual = Format.float64 if exact else Format.float32
         handed = self.handed or usual
         return Claim(self.precision.value, self.delta, self.start, handed.value)
@@ -242,6 +242,11 @@ class Subject:
             limits=Limits(wall_seconds=self.timeout, cpu_seconds=4 * self.timeout),
             sandbox=self.sandbox, most=self.max_delta,
         )  # fmt: skip
+
+
+def _is_coarse(path: Path) -> bool:
+    """Whether something beside frames in .npz is one in a format of float32; a README is none."""
+    return path.suffix == ".exr" or (path.is_dir() and not path.name.startswith("."))
 
 
 def takes_subject(command: Callable[..., None]) -> Callable[..., None]:

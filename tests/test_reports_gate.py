@@ -17,6 +17,7 @@ from converters.scene_folder import plain_document
 from minirt.frame import Frame
 from minirt.render import render
 from reports.cli import run
+from reports.subject import Subject
 
 TESTS = Path(__file__).parent
 PROGRAM = f"{sys.executable} {TESTS / 'gate_subjects.py'} {{scene}} {{out}}"
@@ -101,6 +102,25 @@ def test_the_command_that_shows_the_first_wrong_pixel_is_named(
     arguments = shlex.split(line)[3:]
     assert run(arguments) == 1
     assert "The first wrong stage is ray" in capsys.readouterr().out
+
+
+def test_of_two_frames_of_a_scene_none_is_chosen(gate: Gate, tmp_path: Path) -> None:
+    frames = tmp_path / "frames"
+    frames.mkdir()
+    frame = render(small_scene(), quantities=["hit"])
+    write_frame(frame, frames / "ball.npz")
+    write_frame(frame, frames / "ball.exr")
+    status, document = gate("--frames", str(frames))
+    assert status == 1
+    assert "more than one frame" in next(iter(reasons(document)))
+
+
+def test_a_file_beside_frames_in_float64_does_not_make_them_coarse(tmp_path: Path) -> None:
+    write_frame(render(small_scene(), quantities=["hit"]), tmp_path / "ball.npz")
+    (tmp_path / "README.txt").write_text("how it was rendered")
+    assert Subject(frames=tmp_path).claim().handed == "float64"
+    (tmp_path / "ball").mkdir()
+    assert Subject(frames=tmp_path).claim().handed == "float32"
 
 
 def test_a_mistake_fails_and_names_its_stage(gate: Gate) -> None:

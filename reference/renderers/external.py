@@ -6,6 +6,7 @@ It sees scenes, never a frame of minirt's, and is judged as a reference is.
 from __future__ import annotations
 
 import importlib
+import os
 import shlex
 import sys
 from collections.abc import Mapping
@@ -163,16 +164,21 @@ class FramesSubject:
         Raises
         ------
         NoAnswer
-            There is none, or it cannot be read.
+            There is none, more than one, or it cannot be read.
         """
         name = scene.name
         if name in ("", ".", "..") or "/" in name or "\0" in name:
             raise NoAnswer("the scene's name is no file's", got=repr(name)[:80])
-        for path in (self.folder / f"{name}.npz", self.folder / f"{name}.exr", self.folder / name):
-            if path.exists():
-                return _read(path, scene, f"frames in {self.folder.name}")
+        found = [
+            path
+            for path in (self.folder / f"{name}{suffix}" for suffix in (".npz", ".exr", ""))
+            if os.path.lexists(path)
+        ]
+        if len(found) == 1:
+            return _read(found[0], scene, f"frames in {self.folder.name}")
         raise NoAnswer(
-            "no frame of the scene", where=str(self.folder),
+            "more than one frame of the scene" if found else "no frame of the scene",
+            where=str(self.folder), got=" and ".join(path.name for path in found),
             expected=f"{name}.npz, {name}.exr or {name}/",
         )  # fmt: skip
 
