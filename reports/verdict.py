@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from reference.verify import SceneResult
+from reference.verify import ReferenceResult, SceneResult
 from reports.coverage import why_not
 from reports.findings import (
     checks_of,
@@ -91,10 +91,18 @@ def _troubles(
             yield f"{name} is missing ({one_line(troubled['missing'][0].checks[0].reason, 160)})"
         elif name in required and not compared and not any(troubled.values()):
             silent.append(name)
+        elif name in required and (mute := sum(map(_gave_nothing, answers))):
+            yield f"{name} gave nothing on {_of(mute, len(results))}"
     if not answered:
         yield "nothing was compared: " + _reasons(results)
     else:
         yield from (f"{name} compared nothing" for name in silent)
+
+
+def _gave_nothing(answer: ReferenceResult) -> bool:
+    """Whether it could have answered, and did not; a scene that it cannot represent is another."""
+    states = {check.state for check in answer.checks}
+    return "not given" in states and states <= {"not given", "not supported"}
 
 
 def _reasons(results: Sequence[SceneResult]) -> str:

@@ -51,6 +51,8 @@ def answer(name: str, state: State) -> ReferenceResult:
         ([{"a": "passed"}, {"a": "crashed"}], [], 3),
         ([{"a": "passed", "b": "missing"}], ["b"], 3),
         ([{"a": "passed", "b": "not given"}], ["b"], 3),
+        ([{"a": "passed"}, {"a": "not given"}], [], 0),
+        ([{"a": "passed"}, {"a": "not given"}], ["a"], 3),
         ([{"a": "passed"}], ["b"], 3),
         ([{"a": "missing"}], [], 3),
         ([{"a": "not supported"}], [], 3),
