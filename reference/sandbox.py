@@ -2,9 +2,10 @@
 
 Inside there is no network, no other process and of the file system only what programs need:
 the system's own folders, this Python, the program and the files that its command names, read
-only; a `/tmp` and a `/dev/shm` of its own; and its room, the only one of the caller's folders
-that it can write to. Who starts it as root starts it as another, unprivileged user, because the
-limit of processes does not hold for root. Any other user needs the kernel's user namespaces.
+only, and minirt's own answers never; a `/tmp` and a `/dev/shm` of its own; and its room, the only
+one of the caller's folders that it can write to. Who starts it as root starts it as another,
+unprivileged user, because the limit of processes does not hold for root. Any other user needs the
+kernel's user namespaces.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
+from reference.cache import usual_folder
 from reference.rooms import hand_over, remove
 
 #: What a distribution's programs consist of.
@@ -122,6 +124,11 @@ def _bubblewrap(room: Path, scratch: Path, wanted: Iterable[Path], uid: int | No
     for place in _readable(wanted):
         if not place.is_relative_to(room):
             words += [*_parents(place), *_read_only(place)]
+    answers = usual_folder().resolve()  # a program's folder may hold it: somebody's home
+    if os.path.isdir(answers) and any(  # noqa: PTH112 - Path's raises what it may not see
+        answers.is_relative_to(p) for p in _readable(wanted)
+    ):
+        words += ["--tmpfs", str(answers)]
     words += [*_parents(room), "--bind", str(room), str(room), "--chdir", str(room)]
     return [*words, "--remount-ro", "/dev", "--remount-ro", "/"]
 

@@ -420,6 +420,21 @@ def test_a_program_in_a_folder_of_its_own_is_shown_what_is_named(mine: Place) ->
     assert not tool.exists()
 
 
+def test_a_program_beside_our_own_answers_does_not_see_them(
+    mine: Place, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home = tmp_path
+    home.chmod(0o755)
+    (home / "tool").write_text("a program")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(home / "cache"))
+    (home / "cache" / "minirt").mkdir(parents=True)
+    (home / "cache" / "minirt" / "frame.npz").write_text("the answer")
+    words = ["ls", str(home), str(home / "cache" / "minirt")]
+    shown = run_program(words, mine.room, sandbox=True, visible=[home])
+    assert "tool" in shown.output
+    assert "frame.npz" not in shown.output
+
+
 def test_files_go_back_to_the_owner_and_lose_what_is_dangerous(place: Place) -> None:
     code = """
 import os
