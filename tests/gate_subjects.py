@@ -92,8 +92,8 @@ def widening(scene: dict[str, Any]) -> Arrays:
 
     from reference.renderers import external
 
-    claimed = external.declared
-    external.declared = lambda *args: replace(claimed(*args), steps=(("position", 1e9),))
+    claimed = external.declared  # type: ignore[attr-defined]
+    external.declared = lambda *args: replace(claimed(*args), steps=(("position", 1e9),))  # type: ignore[attr-defined]
     arrays = _rendered(scene)
     arrays["position"] += 1
     return arrays

@@ -78,7 +78,7 @@ def test_what_would_end_the_program_ends_the_job_alone(job: object, reason: str)
 
 
 def lose_its_streams(value: int) -> int:
-    sys.stdout = sys.stderr = None  # type: ignore[assignment]
+    sys.stdout = sys.stderr = None
     return value
 
 
