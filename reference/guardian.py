@@ -7,7 +7,6 @@ that none of it is lost from sight. A program that kills its parent kills this o
 
 from __future__ import annotations
 
-import ctypes
 import os
 import resource
 import signal
@@ -15,10 +14,7 @@ import sys
 from contextlib import suppress
 from types import FrameType
 
-from reference.processes import end_descendants
-
-#: From <linux/prctl.h>.
-_SET_PDEATHSIG, _SET_CHILD_SUBREAPER = 1, 36
+from reference.processes import SET_CHILD_SUBREAPER, SET_PDEATHSIG, end_descendants, prctl
 
 #: The kernel's limits by the names that the command line gives them.
 _LIMITED = {
@@ -34,8 +30,8 @@ def main() -> None:
     parent, descriptor, limits, *command = sys.argv[1:]
     os.set_inheritable(int(descriptor), False)  # what ended how is not the program's to tell
     signal.signal(signal.SIGTERM, _end)
-    _prctl(_SET_CHILD_SUBREAPER, 1)
-    _prctl(_SET_PDEATHSIG, signal.SIGTERM)
+    prctl(SET_CHILD_SUBREAPER, 1)
+    prctl(SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != int(parent):  # it ended before it could be watched
         return
     child = os.fork()
@@ -58,7 +54,7 @@ def _become(command: list[str], limits: dict[str, str]) -> None:
     """Be the program, with its limits; never returns."""
     try:
         os.setsid()
-        _prctl(_SET_PDEATHSIG, signal.SIGKILL)
+        prctl(SET_PDEATHSIG, signal.SIGKILL)
         for number in (signal.SIGTERM, signal.SIGPIPE, signal.SIGXFSZ):
             signal.signal(number, signal.SIG_DFL)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -78,8 +74,3 @@ def _limit(what: int, most: int) -> None:
     if hard != resource.RLIM_INFINITY:
         wanted = min(wanted, hard)
     resource.setrlimit(what, (min(most, wanted), wanted))
-
-
-def _prctl(option: int, value: int) -> None:
-    if ctypes.CDLL(None, use_errno=True).prctl(option, value, 0, 0, 0) != 0:
-        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))

@@ -13,12 +13,15 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any, Literal, NoReturn
 
 from pebble import ProcessExpired, ProcessFuture, ProcessPool
 
 from minirt.errors import MinirtError
+from reference.processes import SET_PDEATHSIG, prctl
 
+#: The status of a process that its job ended with status 0.
+_SILENT = 240
 #: Bytes of a job's last output that are kept for the report.
 _TAIL = 4000
 
@@ -108,11 +111,12 @@ class Job:
 def _death(exitcode: int | None) -> str:
     if exitcode is not None and exitcode < 0:
         return f"the process was ended by {signal.Signals(-exitcode).name}"
-    return f"the process ended with status {exitcode}"
+    return f"the process ended with status {0 if exitcode == _SILENT else exitcode}"
 
 
 def _run(log: str, job: Callable[..., Any], args: tuple[Any, ...]) -> Any:
-    with _output_into(log):
+    prctl(SET_PDEATHSIG, signal.SIGKILL)  # nobody is left to hear an answer
+    with _output_into(log), _no_silent_exit():
         try:
             return job(*args)
         except MinirtError:  # says all there is to say
@@ -123,6 +127,21 @@ def _run(log: str, job: Callable[..., Any], args: tuple[Any, ...]) -> Any:
         except BaseException as error:  # what would end the process that hears of it: sys.exit()
             traceback.print_exc()
             raise RuntimeError(f"{type(error).__name__} raised: {error}") from None
+
+
+@contextmanager
+def _no_silent_exit() -> Iterator[None]:
+    """Let no job end this process with status 0: the pool would wait for its answer for ever."""
+    real, here = os._exit, os.getpid()
+
+    def leave(status: int) -> NoReturn:
+        real(status or _SILENT if os.getpid() == here else status)
+
+    os._exit = leave
+    try:
+        yield
+    finally:
+        os._exit = real
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import stat
@@ -10,6 +11,9 @@ from collections.abc import Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+#: From <linux/prctl.h>.
+SET_PDEATHSIG, SET_CHILD_SUBREAPER = 1, 36
 
 _TICKS = os.sysconf("SC_CLK_TCK")
 _PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -41,6 +45,17 @@ class Process:
     seconds: float
     threads: int
     resident: int
+
+
+def prctl(option: int, value: int) -> None:
+    """Linux's `prctl(2)`.
+
+    Raises
+    ------
+    OSError
+    """
+    if ctypes.CDLL(None, use_errno=True).prctl(option, value, 0, 0, 0) != 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
 
 
 def all_processes() -> list[Process]:

@@ -2,12 +2,15 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
 from reference.isolate import Outcome, Workers
+from reference.processes import marked_processes
 
 
 def fine(value: int) -> int:
@@ -31,6 +34,17 @@ def kill_itself() -> None:
 
 def leave() -> None:
     os._exit(7)
+
+
+def leave_well() -> None:
+    os._exit(0)
+
+
+def child_leaves_well() -> int:
+    child = os.fork()
+    if child == 0:
+        os._exit(0)
+    return os.waitpid(child, 0)[1]
 
 
 def hang() -> None:
@@ -92,11 +106,44 @@ def test_a_job_may_lose_its_streams() -> None:
         (abort, "the process was ended by SIGABRT"),
         (kill_itself, "the process was ended by SIGKILL"),
         (leave, "the process ended with status 7"),
+        (leave_well, "the process ended with status 0"),
     ],
 )
 def test_a_death_is_named(job: object, reason: str) -> None:
     outcome = run(job)
     assert (outcome.state, outcome.value, outcome.reason) == ("crashed", None, reason)
+
+
+def test_a_job_may_have_children_that_end_well() -> None:
+    assert run(child_leaves_well) == Outcome("done", 0)
+
+
+ORPHANED = """
+import sys
+from reference.isolate import Workers
+from test_reference_isolate import hang
+if __name__ == "__main__":
+    with Workers(1) as workers:
+        workers.submit(60.0, hang).outcome()
+"""
+
+
+def test_a_job_ends_with_whoever_waits_for_it(tmp_path: Path) -> None:
+    script = tmp_path / "orphaned.py"
+    script.write_text(ORPHANED, encoding="utf-8")
+    paths = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
+    mark = {**os.environ, "PYTHONPATH": paths, "TMPDIR": str(tmp_path)}
+    waiting = subprocess.Popen([sys.executable, str(script)], env=mark, start_new_session=True)
+    end = time.monotonic() + 60
+    while not [log for log in tmp_path.rglob("*.log") if b"compiling" in log.read_bytes()]:
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert len(marked_processes(f"TMPDIR={tmp_path}")) >= 2
+    waiting.kill()
+    waiting.wait()
+    while marked_processes(f"TMPDIR={tmp_path}"):
+        assert time.monotonic() < end, "a worker lives on"
+        time.sleep(0.05)
 
 
 def test_last_output_of_the_dead_is_kept_and_cut() -> None:
