@@ -152,6 +152,15 @@ def test_a_program_that_is_none(mine: Place, boxed: bool) -> None:
     assert mine.run_command(["./broken"], boxed).reason.startswith("ended with status 12")
 
 
+def test_a_device_is_not_read(mine: Place) -> None:
+    device = mine.room / "out.exr"
+    if os.geteuid() == 0:
+        os.mknod(device, stat.S_IFCHR | 0o600, os.makedev(1, 3))
+        with pytest.raises(InputError, match="a device among the files"):
+            plain_files(mine.room)
+    assert rooms._kind(os.lstat("/dev/null").st_mode) == "device"
+
+
 def test_a_program_out_of_sight_is_no_program(place: Place) -> None:
     locked = place.folder / "locked"
     locked.mkdir(mode=0o700)

@@ -267,6 +267,16 @@ def test_a_baseline_lets_known_failures_pass_until_their_day(gate: Gate, tmp_pat
     assert any("was excused until 2001-01-01" in remark for remark in document["remarks"])
 
 
+def test_a_pipe_in_the_place_of_a_frame_is_said_to_be_one(gate: Gate, tmp_path: Path) -> None:
+    program = tmp_path / "pipe.py"
+    program.write_text("import os, sys; os.mkfifo(sys.argv[2])", encoding="utf-8")
+    status, document = gate("--cmd", f"{sys.executable} {program} {{scene}} {{out}}")
+    assert status == 1
+    (reason,) = reasons(document)
+    assert reason.startswith("the program left something else than files: a pipe among the files")
+    assert "room" not in reason
+
+
 def test_a_known_failure_that_grows_is_not_excused(gate: Gate, tmp_path: Path) -> None:
     known = tmp_path / "known.json"
     subject = "--python", "gate_subjects:no_half_pixel", "--baseline", str(known)

@@ -96,7 +96,7 @@ class CommandSubject:
         if ended.reason:
             kind = TimedOut if ended.reason.startswith("no answer within") else Crashed
             raise kind(_sentence(ended.reason))
-        plain_files(room)
+        _require_plain(room)
         program = Path(filled[0]).name
         return (_read_aov if self.out_as == "mitsuba" else _read)(out, scene, program)
 
@@ -212,6 +212,16 @@ def _names_a_file(word: str) -> bool:
 def _near(words: list[str]) -> list[Path]:
     """The folders of the files that a command names: a program may load others beside it."""
     return [Path(word).parent for word in words if word.startswith("/") and Path(word).is_file()]
+
+
+def _require_plain(room: Path) -> None:
+    """Read nothing where a program left links, pipes or devices."""
+    try:
+        plain_files(room)
+    except InputError as error:
+        raise NoAnswer(
+            f"the program left something else than files: {error.what}", got=error.got
+        ) from None
 
 
 def _sentence(reason: str) -> str:
