@@ -47,7 +47,9 @@ def _case(scene: str, answer: ReferenceResult, check: Check, required: bool) -> 
     message = f"{check.state}: {one_line(check.reason)}"
     if check.state == "failed":
         case.result = Failure(message, check.state)
-        case.result[0].text = f"{message}\nworst pixel {worst_in_words(check)}"
+        lines = [message, f"worst pixel {worst_in_words(check)}"]
+        lines += [f"it {each.sentence}" for each in (answer.diagnosis or ())[:1]]
+        case.result[0].text = "\n".join(lines)
     elif check.state in ("crashed", "timed out") or (check.state == "missing" and required):
         case.result = Error(message, check.state)
         case.result[0].text = plain(answer.output)

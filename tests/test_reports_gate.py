@@ -123,13 +123,15 @@ def test_a_file_beside_frames_in_float64_does_not_make_them_coarse(tmp_path: Pat
     assert Subject(frames=tmp_path).claim().handed == "float32"
 
 
-def test_a_mistake_fails_and_names_its_stage(gate: Gate) -> None:
+def test_a_mistake_fails_and_names_its_stage(gate: Gate, tmp_path: Path) -> None:
     status, document = gate("--python", "gate_subjects:no_half_pixel")
     assert status == 1
     assert document["scenes"][0]["first_wrong_stage"] == "ray"
     assert "agrees with rule S2 without the half pixel" in document["verdict"]["sentence"]
     named = document["scenes"][0]["references"][0]["diagnosis"]
     assert named[0].startswith("agrees with rule S2 without the half pixel")
+    junit = (tmp_path / "report" / "junit.xml").read_text(encoding="utf-8")
+    assert "it agrees with rule S2 without the half pixel" in junit
 
 
 def test_float32_passes_as_float32_and_not_as_float64(gate: Gate) -> None:
