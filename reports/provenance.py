@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
@@ -34,7 +35,7 @@ class Provenance:
     versions : dict of str to str
         Of minirt, Python and NumPy.
     command : str
-        The command line, as a shell takes it.
+        The command line, as a shell takes it; the password of a URL is left out.
     started : str
         UTC, ISO 8601.
     """
@@ -66,8 +67,22 @@ def provenance() -> Provenance:
             "Python": platform.python_version(),
             "NumPy": np.__version__,
         },
-        command=shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        command=without_passwords(shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])),
         started=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+
+
+def without_passwords(text: str) -> str:
+    """Text in which a URL's password, before its host or among its options, is three stars.
+
+    Examples
+    --------
+    >>> without_passwords("--history postgresql://ana:secret@db/minirt?sslpassword=s")
+    '--history postgresql://ana:***@db/minirt?sslpassword=***'
+    """
+    hidden = re.sub(r"(://[^:/?#@\s]*):[^\s/]*@", r"\1:***@", text)
+    return re.sub(
+        r"([?&]\w*(?:password|passwd|pwd|token)=)[^&\s'\"]*", r"\1***", hidden, flags=re.I
     )
 
 
