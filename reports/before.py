@@ -35,6 +35,8 @@ class Point:
     ratio : float or None
         The worst error over tolerance of all its cells; +inf for a discrete mismatch; None where
         nothing was compared.
+    sha256 : str
+        Of the scene as it was; empty for a run as a whole.
     """
 
     run: int
@@ -42,6 +44,7 @@ class Point:
     commit: str | None
     state: str
     ratio: float | None
+    sha256: str = ""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from minirt.scene import Scene
 from reference.compare import Check, State, Worst
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify import ReferenceResult, SceneResult
+from reports.before import Before
 from reports.findings import (
     SceneState,
     checks_of,
@@ -57,6 +58,10 @@ class Run:
         minirt's own picture of each scene, in the order of `results`; None where it has failed.
     remarks : tuple of str
         What a baseline of known failures has to say, in sentences.
+    judged : str
+        The implementation that a gate judged, as it was named; empty for minirt itself.
+    before : Before or None
+        What the history knows of these scenes; None without a history.
     """
 
     results: tuple[SceneResult, ...]
@@ -68,6 +73,8 @@ class Run:
     folder: Path
     portraits: tuple[Portrait | None, ...] = ()
     remarks: tuple[str, ...] = ()
+    judged: str = ""
+    before: Before | None = None
 
     @property
     def exit_status(self) -> int:
@@ -222,6 +229,9 @@ class ResultsModel(Model):
     remarks: list[str] = Field(
         default=[], description="what the baseline of known failures has to say"
     )
+    judged: str = Field(
+        default="", description="the implementation that a gate judged; empty for minirt itself"
+    )
 
 
 def results_document(run: Run) -> dict[str, Any]:
@@ -238,6 +248,7 @@ def results_document(run: Run) -> dict[str, Any]:
         ),
         scenes=[_scene(result) for result in run.results],
         remarks=list(run.remarks),
+        judged=run.judged,
     )
     document: dict[str, Any] = model.model_dump(mode="json")
     return document
