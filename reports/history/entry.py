@@ -1,0 +1,229 @@
+"""What a history keeps of a run: taken from its results document, and given back the same."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from minirt.errors import InputError
+from reference.compare import State
+from reports.before import CellName
+from reports.json_model import Number
+from reports.record import AnswerModel, CheckModel, ResultsModel, SceneModel
+from reports.words import COMPARED, UNANSWERED, one_line, plain
+
+#: Longest name of a scene or a reference in a history; longer ones are cut.
+LONGEST_NAME = 255
+#: Reasons for what a reference does not give are the same every night and are not kept.
+_TOLD: tuple[State, ...] = ("failed", "known", *UNANSWERED)
+
+
+@dataclass(frozen=True)
+class CellEntry:
+    """One quantity of one scene against one reference; fields as in the results document."""
+
+    quantity: str
+    state: State
+    ratio: float | None
+    pixels: int
+    certain: int
+    compared: int
+    wrong: int
+    first_wrong: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class AnswerEntry:
+    """One scene against one reference."""
+
+    reference: str
+    program: str
+    seconds: float
+    cells: tuple[CellEntry, ...]
+
+
+@dataclass(frozen=True)
+class SceneEntry:
+    """One scene against every reference; `peak_memory` in bytes."""
+
+    name: str
+    sha256: str
+    state: str
+    first_wrong_stage: str
+    seconds: float
+    peak_memory: int
+    nx: int
+    ny: int
+    answers: tuple[AnswerEntry, ...]
+
+    @property
+    def ratio(self) -> float | None:
+        """The worst error over tolerance of all cells; None where nothing was compared."""
+        found = [c.ratio for a in self.answers for c in a.cells if c.ratio is not None]
+        return max(found, default=None)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One run.
+
+    Attributes
+    ----------
+    digest : str
+        SHA-256 of the results document: the same run is kept once.
+    judged : str
+        The implementation that a gate judged, as it was named; empty for minirt itself.
+    references : tuple of str
+        In the order in which they were chosen.
+    number : int or None
+        Of the run in its history; None before it is there.
+
+    The other fields are those of the results document.
+    """
+
+    digest: str
+    judged: str
+    references: tuple[str, ...]
+    started: str
+    outcome: str
+    exit_status: int
+    sentence: str
+    commit: str | None
+    dirty: bool | None
+    system: str
+    cpu: str
+    cores: int
+    versions: dict[str, str]
+    programs: dict[str, list[str]]
+    command: str
+    seconds: float
+    scenes: tuple[SceneEntry, ...]
+    number: int | None = None
+
+    @property
+    def series(self) -> str:
+        """Runs of one series asked the same question, so that their numbers can be compared."""
+        return series_of(self.judged, self.references)
+
+    def cells(self) -> Iterator[tuple[CellName, CellEntry]]:
+        """Every cell with the names of its scene, its reference and its quantity."""
+        for scene in self.scenes:
+            for answer in scene.answers:
+                for cell in answer.cells:
+                    yield (scene.name, answer.reference, cell.quantity), cell
+
+
+def series_of(judged: str, references: tuple[str, ...] | list[str]) -> str:
+    """The name of a series: what was judged, or whom minirt was compared with."""
+    if judged:
+        return plain(f"gate: {judged}")
+    return plain(f"verify: {', '.join(sorted(references))}")
+
+
+def kept_name(name: str) -> str:
+    """A scene's or a reference's name as a history has it."""
+    return plain(name)[:LONGEST_NAME]
+
+
+def entry_of(document: Mapping[str, Any]) -> Entry:
+    """What is kept of a results document.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        It is not one.
+    """
+    model = ResultsModel.model_validate(document)
+    text = json.dumps(model.model_dump(mode="json"), sort_keys=True, allow_nan=False)
+    stamp, verdict = model.provenance, model.verdict
+    return Entry(
+        digest=hashlib.sha256(text.encode()).hexdigest(),
+        judged=plain(model.judged),
+        references=tuple(map(kept_name, model.references)),
+        started=stamp.started,
+        outcome=verdict.outcome,
+        exit_status=verdict.exit_status,
+        sentence=plain(verdict.sentence),
+        commit=stamp.commit,
+        dirty=stamp.dirty,
+        system=plain(stamp.system),
+        cpu=plain(stamp.cpu),
+        cores=stamp.cores,
+        versions={plain(name): plain(version) for name, version in stamp.versions.items()},
+        programs={kept_name(n): [plain(p) for p in ran] for n, ran in stamp.programs.items()},
+        command=plain(stamp.command),
+        seconds=stamp.seconds,
+        scenes=tuple(map(_scene, model.scenes)),
+    )
+
+
+def read_entry(path: Path) -> Entry:
+    """The run of a `results.json`, or of the folder that holds one.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is not a results document.
+    """
+    file = path / "results.json" if path.is_dir() else path
+    try:
+        return entry_of(json.loads(file.read_text(encoding="utf-8")))
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError("cannot be read", where=str(file), got=reason) from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        got = one_line(f"{place}: {first['msg']}" if place else first["msg"])
+        raise InputError(
+            "not the results of a run", where=str(file), got=got,
+            expected="a results.json of minirt verify or gate",
+        ) from None  # fmt: skip
+    except (ValueError, RecursionError) as error:
+        raise InputError("not JSON", where=str(file), got=one_line(str(error))) from None
+
+
+def _scene(scene: SceneModel) -> SceneEntry:
+    return SceneEntry(
+        name=kept_name(scene.name),
+        sha256=scene.sha256,
+        state=scene.state,
+        first_wrong_stage=scene.first_wrong_stage,
+        seconds=scene.seconds,
+        peak_memory=scene.peak_memory,
+        nx=scene.nx,
+        ny=scene.ny,
+        answers=tuple(map(_answer, scene.references)),
+    )
+
+
+def _answer(answer: AnswerModel) -> AnswerEntry:
+    cells = tuple(map(_cell, answer.checks))
+    return AnswerEntry(kept_name(answer.reference), plain(answer.program), answer.seconds, cells)
+
+
+def _cell(check: CheckModel) -> CellEntry:
+    compared = check.state in COMPARED and check.worst is not None
+    return CellEntry(
+        quantity=check.quantity,
+        state=check.state,
+        ratio=_float(check.worst.ratio) if compared and check.worst else None,
+        pixels=check.pixels,
+        certain=check.certain,
+        compared=check.compared,
+        wrong=check.wrong,
+        first_wrong=check.first_wrong,
+        reason=one_line(check.reason) if check.state in _TOLD else "",
+    )
+
+
+def _float(number: Number) -> float | None:
+    value = float(number)
+    return None if value != value else value

@@ -1,0 +1,1 @@
+"""The steps, linked by their `down_revision`."""

@@ -1,0 +1,282 @@
+"""The history itself: append a run, give back runs, and say what came before one.
+
+A run is one transaction. A process that is killed loses the run that it was writing and no other;
+of two that write at once, one waits for the other.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from types import TracebackType
+from typing import Any
+
+from sqlalchemy import Connection, Engine, Row, Select, Table, func, insert, select
+from sqlalchemy.exc import IntegrityError
+
+from minirt.errors import InputError
+from reports.before import Before, Point, Standing
+from reports.history.entry import Entry, kept_name, series_of
+from reports.history.migrate import bring_up_to_date, has_tables
+from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, telling
+from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
+from reports.history.tables import answers, cells, runs, scenes
+
+
+class History:
+    """A database of runs. Use as a context manager, or call `close`.
+
+    Parameters
+    ----------
+    target : str
+        A SQLite file or any SQLAlchemy URL.
+    create : bool
+        Begin a history where there is none.
+
+    Raises
+    ------
+    InputError
+        It cannot be opened: not a database, a newer minirt's, no server, no driver, no history.
+    """
+
+    def __init__(self, target: str, *, create: bool = True) -> None:
+        self._place: Place = place_of(target)
+        if not create and self._place.file is not None and not self._place.file.exists():
+            raise self._none()
+        self._engine: Engine = engine_of(self._place)
+        with telling(self._place, "the history cannot be opened", "a history of minirt"):
+            if not create and not has_tables(self._engine):
+                raise self._none()
+            if self._place.file is not None:
+                _write_ahead(self._engine)
+            bring_up_to_date(self._engine, self._place)
+
+    def __enter__(self) -> History:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the database."""
+        self._engine.dispose()
+
+    @property
+    def shown(self) -> str:
+        """Where it lies, for people; never with a password."""
+        return self._place.shown
+
+    def append(self, entry: Entry) -> int:
+        """Add a run; one that is there already is not added again.
+
+        Returns
+        -------
+        int
+            The run's number.
+
+        Raises
+        ------
+        InputError
+            The database refuses; nothing was added.
+        """
+        with telling(self._place, "the run cannot be recorded"):
+            try:
+                with self._writing() as connection:
+                    return self._number(connection, entry) or _insert(connection, entry)
+            except IntegrityError:  # another process has just added the very same run
+                with self._engine.connect() as connection:
+                    number = self._number(connection, entry)
+                if number is None:
+                    raise
+                return number
+
+    def number(self, word: str) -> int:
+        """The number of a run: as a number, `latest`, or `previous`, the one before of its series.
+
+        Raises
+        ------
+        InputError
+            There is no such run.
+        """
+        with self._reading() as connection:
+            newest = connection.execute(select(func.max(runs.c.id))).scalar()
+            if newest is None:
+                raise InputError("holds no run yet", where=self.shown)
+            if word in ("latest", str(newest)):
+                return int(newest)
+            if word == "previous":
+                return self._previous(connection, int(newest))
+            known = select(runs.c.id).where(runs.c.id == int(word)) if _is_number(word) else None
+            if known is not None and connection.execute(known).scalar() is not None:
+                return int(word)
+        raise InputError(
+            "no such run", where=self.shown, got=repr(word)[:80],
+            expected=f"a number up to {newest}, latest, previous, or a results.json",
+        )  # fmt: skip
+
+    def entry(self, number: int) -> Entry:
+        """A run with every cell."""
+        with self._reading() as connection:
+            return entry_from(connection, number)
+
+    def scenes_of(self, number: int) -> list[str]:
+        """The names of a run's scenes, in their order."""
+        with self._reading() as connection:
+            found = select(scenes.c.name).where(scenes.c.run_id == number).order_by(scenes.c.id)
+            return list(connection.execute(found).scalars())
+
+    def latest(self, series: str | None = None) -> int | None:
+        """The number of the newest run, of all or of a series; None where there is none."""
+        with self._reading() as connection:
+            asked = select(func.max(runs.c.id))
+            asked = asked if series is None else asked.where(runs.c.series == series)
+            found = connection.execute(asked).scalar()
+            return None if found is None else int(found)
+
+    def trends(
+        self, names: Iterable[str], series: str | None = None, most: int | None = None
+    ) -> dict[str, dict[str, tuple[Point, ...]]]:
+        """Points of scenes, oldest first, by scene and by series.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Of scenes; one without a run is left out.
+        series : str, optional
+            Only this one.
+        most : int, optional
+            The newest points of each scene, at most so many.
+        """
+        found: dict[str, dict[str, tuple[Point, ...]]] = {}
+        with self._reading() as connection:
+            for name in dict.fromkeys(map(kept_name, names)):
+                by_series: dict[str, list[Point]] = {}
+                for row in connection.execute(_points(name, series, most)):
+                    by_series.setdefault(row.series, []).append(_point(row))
+                if by_series:
+                    found[name] = {s: tuple(reversed(p)) for s, p in by_series.items()}
+        return found
+
+    def before(
+        self, wanted: Sequence[tuple[str, str]], judged: str, references: Sequence[str]
+    ) -> Before:
+        """What is known of scenes before a run that is about to begin.
+
+        Parameters
+        ----------
+        wanted : sequence of (str, str)
+            Name and SHA-256 of each scene of the run.
+        judged, references
+            As of the run: only runs of its series are set beside it.
+        """
+        series = series_of(judged, list(map(kept_name, references)))
+        number = self.latest(series)
+        if number is None:
+            return Before(None, {}, {}, {})
+        last = self.entry(number)
+        real = {kept_name(name): name for name, _ in wanted}
+        found = self.trends(real, series)
+        return Before(
+            last=Point(number, last.started, last.commit, last.outcome, None),
+            cells={
+                (real.get(name, name), reference, quantity): Standing(cell.state, cell.ratio)
+                for (name, reference, quantity), cell in last.cells()
+            },
+            scenes={real.get(scene.name, scene.name): scene.sha256 for scene in last.scenes},
+            trends={real[name]: points[series] for name, points in found.items()},
+        )
+
+    def _none(self) -> InputError:
+        return InputError(
+            "no history here", where=self.shown,
+            expected="one that minirt verify, gate or nightly has begun",
+        )  # fmt: skip
+
+    @contextmanager
+    def _writing(self) -> Iterator[Connection]:
+        options = {BEGIN: "BEGIN IMMEDIATE"}
+        connecting = self._engine.connect().execution_options(**options)
+        with connecting as connection, connection.begin():
+            yield connection
+
+    @contextmanager
+    def _reading(self) -> Iterator[Connection]:
+        what = "the history cannot be read"
+        with telling(self._place, what), self._engine.connect() as connection:
+            yield connection
+
+    def _number(self, connection: Connection, entry: Entry) -> int | None:
+        found = connection.execute(select(runs.c.id).where(runs.c.digest == entry.digest)).scalar()
+        return None if found is None else int(found)
+
+    def _previous(self, connection: Connection, newest: int) -> int:
+        series = select(runs.c.series).where(runs.c.id == newest).scalar_subquery()
+        asked = select(func.max(runs.c.id)).where(runs.c.series == series, runs.c.id < newest)
+        found = connection.execute(asked).scalar()
+        if found is None:
+            raise InputError(
+                "no run before the latest compares the same", where=self.shown,
+                expected="a number, or a results.json",
+            )  # fmt: skip
+        return int(found)
+
+
+def _insert(connection: Connection, entry: Entry) -> int:
+    number = _added(connection, runs, run_row(entry))
+    for scene in entry.scenes:
+        place = _added(connection, scenes, scene_row(scene, number))
+        for answer in scene.answers:
+            below = _added(connection, answers, answer_row(answer, place))
+            if answer.cells:
+                rows = [cell_row(cell, below) for cell in answer.cells]
+                connection.execute(insert(cells), rows)
+    return number
+
+
+def _added(connection: Connection, table: Table, row: dict[str, Any]) -> int:
+    key = connection.execute(insert(table), row).inserted_primary_key
+    return int(key[0]) if key else 0
+
+
+def _points(name: str, series: str | None, most: int | None) -> Select[Any]:
+    """The newest points of a scene first."""
+    asked = (
+        select(
+            runs.c.id, runs.c.series, runs.c.started, runs.c.commit,
+            scenes.c.state, scenes.c.ratio, scenes.c.sha256,
+        )
+        .join(runs, runs.c.id == scenes.c.run_id)
+        .where(scenes.c.name == name)
+        .order_by(scenes.c.id.desc())
+    )  # fmt: skip
+    asked = asked if series is None else asked.where(runs.c.series == series)
+    return asked if most is None else asked.limit(most)
+
+
+def _point(row: Row[Any]) -> Point:
+    return Point(row.id, row.started, row.commit, row.state, row.ratio, row.sha256)
+
+
+def _is_number(word: str) -> bool:
+    return word.isascii() and word.isdigit() and len(word) < 10
+
+
+def _write_ahead(engine: Engine) -> None:
+    """Let readers of a SQLite file read while somebody writes; the file remembers it."""
+    end = time.monotonic() + PATIENCE
+    connection = engine.raw_connection()
+    try:
+        while True:
+            try:
+                connection.cursor().execute("PRAGMA journal_mode = WAL")
+                return
+            except sqlite3.OperationalError as error:  # it does not wait by itself for this one
+                if "locked" not in str(error) or time.monotonic() > end:
+                    raise
+                time.sleep(0.02)
+    finally:
+        connection.close()
