@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from reports.console import Json, answers, people, print_json, progress
+from reports.history_option import HistoryOption, NoHistoryOption, known_before, opened, recorded
 from reports.subject import Subject, takes_subject
 
 if TYPE_CHECKING:
@@ -77,6 +78,8 @@ def gate(
     language: Annotated[
         Language, typer.Option(help="Of the starter kit's stub.")
     ] = Language.python,
+    history: HistoryOption = "",
+    no_history: NoHistoryOption = False,
     json: Json = False,
 ) -> None:  # fmt: skip
     """Judge another implementation, pixel by pixel.
@@ -104,14 +107,19 @@ def gate(
     for scene in loaded:
         judged.declare(scene)  # refused before anything is rendered
     known = _baseline(baseline, update)
-    with progress("gate") as tell:
-        done = iter(range(1, len(loaded) + 1))
-        run = run_verify(
-            loaded, [judged], out, jobs, [judged.name],
-            lambda _, total: tell(next(done), total), timeout=subject.patience,
-            quantities=chosen, given=required,
-            cache=None if no_cache else usual_cache(), baseline=known, diagnose=diagnose,
-        )  # fmt: skip
+    name = subject.cmd or subject.python or str(subject.frames)
+    with opened(history, no_history, out) as kept:
+        before = known_before(kept, loaded, [judged], name)
+        with progress("gate") as tell:
+            done = iter(range(1, len(loaded) + 1))
+            run = run_verify(
+                loaded, [judged], out, jobs, [judged.name],
+                lambda _, total: tell(next(done), total), timeout=subject.patience,
+                quantities=chosen, given=required,
+                cache=None if no_cache else usual_cache(), baseline=known, diagnose=diagnose,
+                judged=name, before=before,
+            )  # fmt: skip
+        status = recorded(run, kept)
     print_run(run, people() if json else answers())
     _look_closer(run, dict(zip(map(id, loaded), named, strict=True)), subject)
     if json:
@@ -125,7 +133,7 @@ def gate(
         told = f"{baseline}: {count(number, 'failure')} recorded; a run with --baseline passes now"
         people().print(told, soft_wrap=True)
         raise typer.Exit(0)
-    raise typer.Exit(run.exit_status)
+    raise typer.Exit(status)
 
 
 def _look_closer(run: Run, named: dict[int, str], subject: Subject) -> None:

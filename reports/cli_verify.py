@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from reports.console import Json, RequireOption, answers, names_in, people, print_json, progress
+from reports.history_option import HistoryOption, NoHistoryOption, known_before, opened, recorded
 
 if TYPE_CHECKING:
     from reference.source import Reference
@@ -38,6 +39,8 @@ def verify(
     timeout: Annotated[
         int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
     ] = 300,
+    history: HistoryOption = "",
+    no_history: NoHistoryOption = False,
     json: Json = False,
 ) -> None:
     """Compare minirt with reference renderers.
@@ -50,21 +53,24 @@ def verify(
     from reports.run import run_verify
     from reports.terminal import print_run
 
-    chosen, required = _references(names_in(reference), names_in(require))
+    chosen, required = references_of(names_in(reference), names_in(require))
     loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
-    with progress("verify") as tell:
-        done = iter(range(1, len(loaded) + 1))
-        run = run_verify(
-            loaded, chosen, out, jobs, required,
-            lambda _, total: tell(next(done), total), timeout=timeout,
-        )  # fmt: skip
+    with opened(history, no_history, out) as kept:
+        before = known_before(kept, loaded, chosen)
+        with progress("verify") as tell:
+            done = iter(range(1, len(loaded) + 1))
+            run = run_verify(
+                loaded, chosen, out, jobs, required,
+                lambda _, total: tell(next(done), total), timeout=timeout, before=before,
+            )  # fmt: skip
+        status = recorded(run, kept)
     print_run(run, people() if json else answers())
     if json:
         print_json(results_document(run))
-    raise typer.Exit(run.exit_status)
+    raise typer.Exit(status)
 
 
-def _references(
+def references_of(
     named: list[str], required: list[str]
 ) -> tuple[tuple[Reference, ...], tuple[str, ...]]:
     """Whom to compare with, and the names of those that must answer."""

@@ -16,11 +16,12 @@ from reference.isolate import Workers
 from reference.source import Reference
 from reference.verify import TIMEOUT, Diagnose, SceneResult, verify
 from reports.baseline import Baseline
+from reports.before import Before
 from reports.digest import agreement_of, pictures_of
 from reports.junit import junit_xml
 from reports.page import report_html
 from reports.portrait import Portrait, portrait_of
-from reports.provenance import provenance
+from reports.provenance import provenance, without_passwords
 from reports.record import Run, results_json
 from reports.summary import summary_markdown
 from reports.verdict import decide
@@ -51,6 +52,8 @@ def run_verify(
     cache: Cache | None = None,
     baseline: Baseline | None = None,
     diagnose: Diagnose | None = None,
+    judged: str = "",
+    before: Before | None = None,
 ) -> Run:
     """Compare minirt with references on scenes, and write the reports into a folder.
 
@@ -79,6 +82,10 @@ def run_verify(
         Failures that are known, and excused for a time.
     diagnose : callable, optional
         Names what explains a failure.
+    judged : str
+        The implementation that is judged, as it was named; empty for minirt itself.
+    before : Before, optional
+        What a history knows of the scenes.
 
     Returns
     -------
@@ -125,16 +132,22 @@ def run_verify(
         folder=folder,
         portraits=tuple(p if isinstance(p, Portrait) else None for p in portraits),
         remarks=remarks,
+        judged=without_passwords(judged),
+        before=before,
     )
     write_reports(run)
     return run
 
 
 def write_reports(run: Run) -> None:
-    """Write every report of a run into its folder, each whole or not at all."""
-    for name, make in REPORTS.items():
+    """Write every report of a run into its folder, each whole or not at all.
+
+    All are made before the first is written, so that a folder hardly ever holds those of two runs.
+    """
+    made = {name: make(run) for name, make in REPORTS.items()}
+    for name, text in made.items():
         with atomic_file(run.folder / name) as path:
-            path.write_text(make(run), encoding="utf-8", newline="\n")
+            path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def made_folder(folder: Path) -> Path:
