@@ -12,12 +12,13 @@ from pathlib import Path
 import pytest
 from fake_references import HOSTILE
 from history_runs import document, entry, sorted_cells, whole, with_cell
+from history_writers import append_many
 from postgres_server import PASSWORD, Server, running
 from report_runs import empty_run, good_run, troubled_run
 
 from minirt.errors import InputError
 from reports.before import Point, Standing
-from reports.history import Entry, History, entry_of, read_entry
+from reports.history import History, entry_of, read_entry
 from reports.record import results_document, results_json
 from reports.words import plain
 
@@ -140,15 +141,10 @@ def test_a_hostile_name_is_found_again_under_its_own(target: str) -> None:
     assert (HOSTILE, "honest", "hit") in before.cells
 
 
-def append_many(target: str, run: Entry, digests: list[str]) -> None:
-    with History(target) as history:
-        for digest in digests:
-            history.append(replace(run, digest=digest))
-
-
 def test_two_that_begin_and_write_at_once_lose_nothing(target: str) -> None:
     digests = [[f"{k}-{mark}" for mark in range(25)] for k in range(2)]
-    writers = [SPAWN.Process(target=append_many, args=(target, entry(), d)) for d in digests]
+    gate = SPAWN.Barrier(2)
+    writers = [SPAWN.Process(target=append_many, args=(target, entry(), d, gate)) for d in digests]
     for writer in writers:
         writer.start()
     for writer in writers:
