@@ -10,6 +10,7 @@ import sys
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import takewhile
 from typing import Annotated
 
 import typer
@@ -23,6 +24,7 @@ from reports.cli_gate import gate
 from reports.cli_mutants import mutants
 from reports.cli_pack import pack
 from reports.cli_render import render
+from reports.cli_report import report
 from reports.cli_rules import rules
 from reports.cli_scenes import scenes
 from reports.cli_verify import verify
@@ -52,6 +54,7 @@ for command, example in (
     (doctor, "doctor"),
 ):
     app.command(epilog=f"Example: minirt {example}")(command)
+app.add_typer(report)
 
 
 app.add_typer(pack, name="pack")
@@ -121,7 +124,9 @@ def _misused(error: typer.TyperException, arguments: Sequence[str], as_json: boo
         typer.echo(text, err=True)
         return error.exit_code
     known = {entry.callback.__name__ for entry in app.registered_commands if entry.callback}
-    path = " ".join(["minirt", *(name for name in arguments[:1] if name in known)])
+    if list(arguments[:1]) == ["report"]:
+        known = {"report", "compare", "history", "record"}
+    path = " ".join(["minirt", *takewhile(known.__contains__, arguments[:2])])
     return _say(text, {"what": text}, f"'{path} --help' shows how", error.exit_code, as_json)
 
 

@@ -34,7 +34,8 @@ def with_cell(run: Entry, **changes: Any) -> Entry:
     answer, *answers = scene.answers
     cell, *cells = answer.cells
     answer = replace(answer, cells=(replace(cell, **changes), *cells))
-    scene = replace(scene, answers=(answer, *answers))
+    state = "failed" if changes.get("state") == "failed" else scene.state
+    scene = replace(scene, answers=(answer, *answers), state=state)
     return replace(run, scenes=(scene, *scenes), digest=run.digest[::-1])
 
 
