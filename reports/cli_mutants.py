@@ -33,17 +33,24 @@ def mutants(
     """
     from reference.mutants.floor import sensitivity_floor
 
-    kills = _run(_chosen(names_in(only)), jobs)
+    kills = run_mutants(chosen_mutants(names_in(only)), jobs)
     honest, wrong = kills[0], kills[1:]
     floor = sensitivity_floor()
     if json:
-        print_json(_document(honest, wrong, floor))
+        print_json(mutants_document(honest, wrong, floor))
     else:
         _print(honest, wrong, floor)
     raise typer.Exit(int(honest.killed or not all(row.killed for row in wrong)))
 
 
-def _chosen(names: Sequence[str]) -> list[str]:
+def chosen_mutants(names: Sequence[str]) -> list[str]:
+    """The lecture's own rules, and the mutants of these names or all.
+
+    Raises
+    ------
+    InputError
+        An unknown name.
+    """
     from minirt.errors import InputError
     from reference.mutants import CATALOGUE, HONEST
 
@@ -57,7 +64,7 @@ def _chosen(names: Sequence[str]) -> list[str]:
     return [HONEST.name, *(names or CATALOGUE)]
 
 
-def _run(names: Sequence[str], jobs: int) -> list[Kill]:
+def run_mutants(names: Sequence[str], jobs: int) -> list[Kill]:
     """The rows, in order; each in a child process."""
     from reference.isolate import Workers
     from reference.mutants.matrix import kill
@@ -74,7 +81,10 @@ def _run(names: Sequence[str], jobs: int) -> list[Kill]:
     return rows
 
 
-def _document(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> dict[str, Any]:
+def mutants_document(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> dict[str, Any]:
+    """The kill matrix as JSON data."""
+    from reports.json_model import spelled
+
     rows = [
         vars(row) | {"failed": list(row.failed), "killed": row.killed, "found": row.found}
         for row in wrong
@@ -84,7 +94,7 @@ def _document(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> dict[str, An
         "killed": sum(row.killed for row in wrong),
         "right_stage": sum(row.right_stage for row in wrong),
         "false_alarms": len(honest.failed),
-        "floor": vars(floor),
+        "floor": {name: spelled(value) for name, value in vars(floor).items()},
     }
 
 
@@ -114,14 +124,21 @@ def _odd(row: Kill, honest: Kill) -> bool:
     return row.killed if row is honest else not (row.killed and row.right_stage)
 
 
-def _summary(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> list[str]:
+def mutants_sentence(honest: Kill, wrong: Sequence[Kill]) -> str:
+    """How many were killed, and by which stage."""
     killed, right = sum(row.killed for row in wrong), sum(row.right_stage for row in wrong)
+    return (
+        f"{killed} of {len(wrong)} mutants killed, {right} by the stage that they really break; "
+        f"false alarms on the lecture's own rules: {len(honest.failed)} of {honest.scenes} scenes"
+    )
+
+
+def _summary(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> list[str]:
     survivors = [row.mutant for row in wrong if not row.killed]
     lines = [
         "",
         "Pixels charged to each stage, the first one in which they are wrong.",
-        f"{killed} of {len(wrong)} mutants killed, {right} by the stage that they really break; "
-        f"false alarms on the lecture's own rules: {len(honest.failed)} of {honest.scenes} scenes.",
+        f"{mutants_sentence(honest, wrong)}.",
         f"Smallest errors caught: {floor.pixels} pixel of a mask; relative {floor.depth:.1e} in "
         f"depth, {floor.angle:.1e} rad in a normal, relative {floor.colour:.1e} in colour.",
     ]
