@@ -129,11 +129,12 @@ class History:
             found = select(scenes.c.name).where(scenes.c.run_id == number).order_by(scenes.c.id)
             return list(connection.execute(found).scalars())
 
-    def latest(self, series: str | None = None) -> int | None:
-        """The number of the newest run, of all or of a series; None where there is none."""
+    def latest(self, series: str | None = None, before: int | None = None) -> int | None:
+        """The number of the newest run, of all or of a series, before one or at all; or None."""
         with self._reading() as connection:
             asked = select(func.max(runs.c.id))
             asked = asked if series is None else asked.where(runs.c.series == series)
+            asked = asked if before is None else asked.where(runs.c.id < before)
             found = connection.execute(asked).scalar()
             return None if found is None else int(found)
 
