@@ -22,6 +22,7 @@ from reports.cli_export import export
 from reports.cli_fuzz import fuzz
 from reports.cli_gate import gate
 from reports.cli_mutants import mutants
+from reports.cli_nightly import nightly
 from reports.cli_pack import pack
 from reports.cli_render import render
 from reports.cli_report import report
@@ -51,6 +52,7 @@ for command, example in (
     (rules, "rules"),
     (mutants, "mutants --only no-half-pixel,far-root"),
     (exercises, "exercises --generate 7"),
+    (nightly, "nightly atlas:one-sphere --reference embree --budget 5s --mutants far-root"),
     (doctor, "doctor"),
 ):
     app.command(epilog=f"Example: minirt {example}")(command)

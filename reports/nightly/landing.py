@@ -1,0 +1,175 @@
+"""The landing page of all nights, and the summary of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from reports.before import Point
+from reports.history import Entry, History
+from reports.history.difference import KINDS, difference
+from reports.history.pages import rendered
+from reports.history.sparkline import HEIGHT, WIDTH, sparkline
+from reports.history.text import SCENE_ICONS, cell_line, scenes_in_words, sentence_of, verdict_of
+from reports.history.trends import Change, changes_of
+from reports.nightly.night import Night, nights, write
+from reports.nightly.steps import previous_run
+from reports.summary import escaped
+from reports.words import count, times
+
+#: Runs of each scene that the page draws, and changes that it lists.
+MOST_RUNS, MOST_CHANGES = 60, 40
+#: Changed cells that a summary lists.
+MOST_CELLS = 30
+_SIGNS = {0: "✓", 1: "✗", 2: "✗", 3: "!"}
+#: Scenes that did not pass come first.
+_ORDER = ("failed", "incomplete", "not compared", "passed")
+
+
+def write_landing(out: Path, history: History) -> None:
+    """Write `index.html` and `summary.md` of a folder of nights."""
+    all_nights = nights(out)
+    finished = [night for night in all_nights if night.note.finished is not None]
+    write(out / "index.html", landing_html(all_nights, history))
+    if finished:
+        write(out / "summary.md", (finished[-1].folder / "night.md").read_text(encoding="utf-8"))
+
+
+def landing_html(all_nights: Sequence[Night], history: History) -> str:
+    """The page: the last night, what changed and between which commits, scenes, nights."""
+    finished = [night for night in all_nights if night.note.finished is not None]
+    last = finished[-1] if finished else None
+    entry = None if last is None or last.note.run is None else history.entry(last.note.run)
+    trends = {} if entry is None else _trends(history, entry)
+    changes = {name: changes_of(trend) for name, trend in trends.items()}
+    return rendered(
+        "nightly.html.j2",
+        last=last,
+        good=last is not None and last.note.exit_status == 0,
+        sentence="no night is finished yet" if last is None else sentence(last),
+        entry=entry,
+        changes=_changes(changes),
+        scenes=_scenes(entry, trends, changes),
+        nights=[_night(night) for night in reversed(all_nights)],
+        signs=_SIGNS,
+        size=(WIDTH, HEIGHT),
+    )
+
+
+def sentence(night: Night) -> str:
+    """The verdict on a night."""
+    steps = night.note.steps
+    bad = [name for name, step in steps.items() if step.exit_status]
+    if not bad:
+        return "PASS: " + ", ".join(steps) + " all passed"
+    word = "FAIL" if night.note.exit_status == 1 else "INCOMPLETE"
+    first = steps[bad[0]].sentence.removeprefix(f"{word}: ")
+    also = f"; also {', '.join(bad[1:])}" if bad[1:] else ""
+    return f"{word}: {bad[0]}: {first}{also}"
+
+
+def night_markdown(night: Night, history: History) -> str:
+    """The summary of a night: its steps, what changed since the run before, verify's own."""
+    note = night.note
+    sign = "✅" if note.exit_status == 0 else "❌"
+    lines = [f"# {sign} Night of {night.name}: {escaped(sentence(night))}", ""]
+    lines += ["| step | | result | seconds |", "|---|---|---|---:|"]
+    for name, step in note.steps.items():
+        result = escaped(step.sentence)
+        lines.append(f"| {name} | {_SIGNS[step.exit_status]} | {result} | {step.seconds:.0f} |")
+    lines.append("")
+    if note.run is not None:
+        lines += _since(history, history.entry(note.run), note.run)
+    summary = night.folder / "summary.md"
+    if summary.exists():
+        lines.append(summary.read_text(encoding="utf-8"))
+    return "\n".join(lines)
+
+
+def _since(history: History, entry: Entry, number: int) -> list[str]:
+    before = previous_run(history, entry, number)
+    if before is None:
+        return ["The first run of its series: there is nothing to compare it with.", ""]
+    found = difference(before, entry)
+    commits = f"{(before.commit or 'none')[:10]} → {(entry.commit or 'none')[:10]}"
+    lines = [f"## Since run {before.number} ({commits}): {escaped(verdict_of(found))}", ""]
+    lines += [f"- {escaped(line)}" for line in (f"{sentence_of(found)}.", *scenes_in_words(found))]
+    lines += [f"- {escaped(cell_line(cell))}" for cell in found.told[:MOST_CELLS]]
+    if len(found.told) > MOST_CELLS:
+        lines.append(f"- … and {len(found.told) - MOST_CELLS} more in `compare.html`")
+    return [*lines, ""]
+
+
+def _trends(history: History, entry: Entry) -> dict[str, tuple[Point, ...]]:
+    names = [scene.name for scene in entry.scenes]
+    found = history.trends(names, entry.series, MOST_RUNS)
+    return {name: by_series[entry.series] for name, by_series in found.items()}
+
+
+def _changes(changes: dict[str, list[Change]]) -> list[dict[str, Any]]:
+    """Every change, the newest first."""
+    found = [(name, change) for name, each in changes.items() for change in each]
+    found.sort(key=lambda pair: pair[1].after.run, reverse=True)
+    return [
+        {
+            "scene": name,
+            "what": change.what,
+            "sign": KINDS["worse" if change.better is False else "better"][0]
+            if change.better is not None
+            else "≠",
+            "kind": {True: "better", False: "worse", None: "other"}[change.better],
+            "before": change.before,
+            "after": change.after,
+        }
+        for name, change in found[:MOST_CHANGES]
+    ]
+
+
+def _scenes(
+    entry: Entry | None,
+    trends: dict[str, tuple[Point, ...]],
+    changes: dict[str, list[Change]],
+) -> list[dict[str, Any]]:
+    rows = []
+    for scene in entry.scenes if entry is not None else ():
+        trend, found = trends[scene.name], changes[scene.name]
+        rows.append(
+            {
+                "name": scene.name,
+                "state": scene.state,
+                "icon": SCENE_ICONS.get(scene.state, "–"),
+                "ratio": "none" if scene.ratio is None else times(scene.ratio),
+                "stage": scene.first_wrong_stage,
+                "runs": count(len(trend), "run"),
+                "spark": sparkline(trend, found),
+                "last": found[-1] if found else None,
+                "seconds": f"{scene.seconds:.1f} s",
+                "memory": f"{scene.peak_memory / 2**20:.0f} MB",
+            }
+        )
+    return sorted(rows, key=lambda row: _ORDER.index(str(row["state"])))
+
+
+def _night(night: Night) -> dict[str, Any]:
+    note = night.note
+    links = [
+        (name, text)
+        for name, text in (
+            ("report.html", "report"), ("compare.html", "what changed"), ("night.md", "summary"),
+            ("mutants.json", "mutants"), ("fuzz/fuzz.json", "fuzz"),
+        )
+        if (night.folder / name).exists()
+    ]  # fmt: skip
+    return {
+        "name": night.name,
+        "started": note.started,
+        "commit": note.settings.commit,
+        "finished": note.finished is not None,
+        "status": note.exit_status,
+        "sentence": sentence(night) if note.finished else "not finished",
+        "steps": note.steps,
+        "run": note.run,
+        "links": [(f"{night.name}/{name}", text) for name, text in links],
+        "minutes": f"{sum(step.seconds for step in note.steps.values()) / 60:.1f} min",
+    }
