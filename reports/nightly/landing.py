@@ -8,10 +8,17 @@ from typing import Any
 
 from reports.before import Point
 from reports.history import Entry, History
-from reports.history.difference import KINDS, difference
+from reports.history.difference import difference
 from reports.history.pages import rendered
 from reports.history.sparkline import HEIGHT, WIDTH, sparkline
-from reports.history.text import SCENE_ICONS, cell_line, scenes_in_words, sentence_of, verdict_of
+from reports.history.text import (
+    SCENE_ICONS,
+    cell_line,
+    scenes_in_words,
+    sentence_of,
+    sign_of,
+    verdict_of,
+)
 from reports.history.trends import Change, changes_of
 from reports.nightly.night import Night, nights, write
 from reports.nightly.steps import previous_run
@@ -108,21 +115,23 @@ def _trends(history: History, entry: Entry) -> dict[str, tuple[Point, ...]]:
 
 
 def _changes(changes: dict[str, list[Change]]) -> list[dict[str, Any]]:
-    """Every change, the newest first."""
-    found = [(name, change) for name, each in changes.items() for change in each]
-    found.sort(key=lambda pair: pair[1].after.run, reverse=True)
+    """Every change, the newest first; scenes that changed alike between the same runs together."""
+    found: dict[tuple[int, int, str], list[tuple[str, Change]]] = {}
+    for name, each in changes.items():
+        for change in each:
+            key = (change.after.run, change.before.run, change.what)
+            found.setdefault(key, []).append((name, change))
+    newest = sorted(found.items(), key=lambda item: item[0], reverse=True)
     return [
         {
-            "scene": name,
-            "what": change.what,
-            "sign": KINDS["worse" if change.better is False else "better"][0]
-            if change.better is not None
-            else "≠",
-            "kind": {True: "better", False: "worse", None: "other"}[change.better],
-            "before": change.before,
-            "after": change.after,
+            "scenes": [name for name, _ in alike],
+            "what": what,
+            "sign": sign_of(alike[0][1]),
+            "kind": {True: "better", False: "worse", None: "other"}[alike[0][1].better],
+            "before": alike[0][1].before,
+            "after": alike[0][1].after,
         }
-        for name, change in found[:MOST_CHANGES]
+        for (_, _, what), alike in newest[:MOST_CHANGES]
     ]
 
 
