@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import minirt
 from minirt.quantities import QUANTITIES
 from minirt.schema import key_names
 from reference.compare import CERTAIN_FLOOR
+from reports.cli import run
 
 KINDS = ("sphere", "triangle", "polygon", "mesh")
 
@@ -51,9 +53,20 @@ def test_the_commands_run_in_their_order(tmp_path: Path) -> None:
 
 def test_the_commands_are_all_there() -> None:
     assert {c.split()[1] for c in COMMANDS} == {
-        "render", "explain", "verify", "gate", "mutants", "fuzz", "export", "scenes", "rules",
-        "doctor",
+        "render", "explain", "verify", "report", "gate", "mutants", "fuzz", "export", "scenes",
+        "rules", "doctor",
     }  # fmt: skip
+
+
+def test_the_nightly_example_is_taken() -> None:
+    """All but the night itself: a mistake in its last option is told before anything is done."""
+    (line,) = [b for b in block("sh", "minirt nightly").splitlines() if b]
+    words = shlex.split(line)[1:]
+    assert run([*words, "--mutants", "none"]) == 2
+    units = block("ini", "OnCalendar")
+    cron = block("text", "* * *")
+    for text in (units, cron):
+        assert re.search(r"minirt nightly --out \S+$", text, re.MULTILINE)
 
 
 def test_the_python_example_runs() -> None:

@@ -38,6 +38,7 @@ COMMANDS = (
     "scenes",
     "rules",
     "mutants",
+    "nightly",
     "doctor",
 )
 #: The command as a child process, where a stream of its own is what is tested.
@@ -119,7 +120,7 @@ def test_the_example_in_the_help_runs(name: str, command: Command) -> None:
     assert done.out + done.err
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", [n for n in COMMANDS if n != "nightly"])  # has its own test
 def test_json_is_one_document_and_nothing_else(name: str, command: Command) -> None:
     done = command(*example(command, name), "--json")
     assert done.status == 0, done.err
