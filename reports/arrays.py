@@ -1,0 +1,176 @@
+"""Arrays on a page: bit patterns, predicted, byte by byte, deflated; exact when they come back.
+
+A pixel's bit pattern is predicted from its neighbours (the left one plus the upper one minus the
+one between them) or from the same pixel of another array, and the difference is stored: whatever
+is smooth or equal deflates to little. `templates/arrays.js` reads it back.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from minirt.frame import Array
+from minirt.vectors import Floats
+
+Kind = Literal["f8", "f4", "b2", "i4", "i1"]
+Predictor = Literal["plane", "other"]
+
+#: What each kind is held as, and the unsigned numbers of its bit patterns.
+_TYPES: dict[Kind, tuple[type, type]] = {
+    "f8": (np.float64, np.uint64), "f4": (np.float32, np.uint32), "b2": (np.uint16, np.uint16),
+    "i4": (np.int32, np.uint32), "i1": (np.int8, np.uint8),
+}  # fmt: skip
+
+#: Of a finite ratio; what is more is as bad.
+_LARGEST = 3e38
+#: The least float32 above 1.
+_BEYOND = float(np.nextafter(np.float32(1), np.float32(2)))
+#: How hard zlib tries.
+_EFFORT = 6
+
+
+@dataclass(frozen=True)
+class Packed:
+    """An array (ny, nx) or (ny, nx, k), packed.
+
+    Attributes
+    ----------
+    kind : str
+        f8 float64; f4 float32; b2 the upper half of a float32; i4 int32; i1 int8.
+    components : int
+    exact : bool
+        Whether every number comes back as it was.
+    predictors : tuple of str
+        By component: plane, or other (the same pixel of the array that it was packed beside).
+    data : bytes
+        Deflated, component by component.
+    """
+
+    kind: Kind
+    components: int
+    exact: bool
+    predictors: tuple[Predictor, ...]
+    data: bytes
+
+
+def pack(values: Array, other: Array | None = None, rounded: bool = False) -> Packed:
+    """Pack an array; exactly, unless it may be rounded to float32.
+
+    Parameters
+    ----------
+    values : (ny, nx) or (ny, nx, k) array
+        bool, int8, int32 or float64.
+    other : array, optional
+        Of the same shape and type, packed without `other`: what `values` is probably close to.
+    rounded : bool
+        Whether float64 is rounded to float32, which takes a quarter of the room.
+    """
+    kind = _kind(values, other, rounded)
+    held = _held(values, kind)
+    beside = None if other is None else _held(other, kind)
+    parts = [_part(held[..., k], None if beside is None else beside[..., k])
+             for k in range(held.shape[2])]  # fmt: skip
+    exact = kind != "f4" or _single(values)
+    stream = b"".join(part for _, part in parts)
+    return Packed(
+        kind, held.shape[2], exact, tuple(name for name, _ in parts), zlib.compress(stream, _EFFORT)
+    )
+
+
+def pack_ratio(ratio: Floats) -> Packed:
+    """Pack error over tolerance to two digits, never across 1: what is wrong stays wrong."""
+    finite = np.isfinite(ratio)
+    up = finite & (np.abs(ratio) > 1)
+    within = np.where(finite, np.clip(ratio, -_LARGEST, _LARGEST), ratio)
+    beyond = np.copysign(np.maximum(np.abs(within), _BEYOND), within)
+    bits = np.where(up, beyond, within).astype(np.float32).view(np.uint32)
+    high = (bits + np.where(up, np.uint32(0xFFFF), np.uint32(0))) >> np.uint32(16)
+    codes = np.where(np.isnan(ratio), np.uint16(0x7FC0), high.astype(np.uint16))
+    part = _part(codes, None)
+    return Packed("b2", 1, False, (part[0],), zlib.compress(part[1], _EFFORT))
+
+
+def unpacked(packed: Packed, ny: int, nx: int, other: Array | None = None) -> Array:
+    """The array again, as `templates/arrays.js` makes it; for tests and for exactness' sake."""
+    held_type, unsigned = _TYPES[packed.kind]
+    size = np.dtype(unsigned).itemsize
+    stream = np.frombuffer(zlib.decompress(packed.data), dtype=np.uint8)
+    planes = stream.reshape(packed.components, size, ny * nx)
+    beside = None if other is None else _held(other, packed.kind)
+    parts = []
+    for k, name in enumerate(packed.predictors):
+        residual: NDArray[Any] = np.ascontiguousarray(planes[k].T).view(unsigned).reshape(ny, nx)
+        bits = (residual >> unsigned(1)) ^ (unsigned(0) - (residual & unsigned(1)))
+        if name == "other" and beside is not None:
+            bits = bits + beside[..., k]
+        else:
+            bits = np.cumsum(np.cumsum(bits, axis=0, dtype=unsigned), axis=1, dtype=unsigned)
+        parts.append(bits)
+    stacked: Array = np.stack(parts, axis=2)
+    if packed.kind == "b2":
+        values: Array = (stacked.astype(np.uint32) << np.uint32(16)).view(np.float32)
+    else:
+        values = stacked.view(held_type)
+    return values[..., 0] if packed.components == 1 else values
+
+
+def _kind(values: Array, other: Array | None, rounded: bool) -> Kind:
+    if values.dtype == np.float64:
+        arrays = [values] if other is None else [values, other]
+        return "f4" if rounded or all(map(_single, arrays)) else "f8"
+    return "i4" if values.dtype == np.int32 else "i1"
+
+
+def _single(values: Array) -> bool:
+    """Whether every number is one of float32's already."""
+    with np.errstate(over="ignore"):
+        return bool(np.array_equal(values.astype(np.float32).astype(np.float64), values,
+                                   equal_nan=True))  # fmt: skip
+
+
+def _three(values: Array) -> Array:
+    return values.reshape(*values.shape[:2], -1)
+
+
+def _held(values: Array, kind: Kind) -> NDArray[Any]:
+    """Bit patterns (ny, nx, k); every NaN is the same one."""
+    held_type, unsigned = _TYPES[kind]
+    with np.errstate(over="ignore"):
+        held: NDArray[Any] = np.ascontiguousarray(_three(values).astype(held_type))
+    if kind in ("f8", "f4"):
+        held[np.isnan(held)] = np.nan
+    bits: NDArray[Any] = held.view(unsigned)
+    return bits
+
+
+def _part(bits: NDArray[Any], other: NDArray[Any] | None) -> tuple[Predictor, bytes]:
+    """The shorter of two predictions of one component: its name and its bytes, plane by plane."""
+    plane = _bytes(_from_neighbours(bits))
+    if other is None:
+        return "plane", plane
+    beside = _bytes(bits - other)
+    if len(zlib.compress(beside, 1)) <= len(zlib.compress(plane, 1)):
+        return "other", beside
+    return "plane", plane
+
+
+def _from_neighbours(bits: NDArray[Any]) -> NDArray[Any]:
+    across = bits.copy()
+    across[:, 1:] -= bits[:, :-1]
+    down = across.copy()
+    down[1:] -= across[:-1]
+    return down
+
+
+def _bytes(difference: NDArray[Any]) -> bytes:
+    """Small differences of either sign as small numbers, all first bytes, then all second ones."""
+    unsigned = difference.dtype.type
+    top = unsigned(8 * difference.itemsize - 1)
+    folded = (difference << unsigned(1)) ^ (unsigned(0) - (difference >> top))
+    flat = np.ascontiguousarray(folded).reshape(-1)
+    return np.ascontiguousarray(flat.view(np.uint8).reshape(-1, difference.itemsize).T).tobytes()
