@@ -5,8 +5,8 @@ from __future__ import annotations
 import resource
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -29,7 +29,10 @@ TIMEOUT = 300.0
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """All that is known about one scene against one reference, while the arrays are at hand."""
+    """All that is known about one scene against one reference, while the arrays are at hand.
+
+    `companions` are the comparisons of all references on the scene, by name, this one included.
+    """
 
     scene: Scene
     reference: str
@@ -37,6 +40,7 @@ class Evidence:
     theirs: Frame
     stability: Stability
     comparison: Comparison
+    companions: Mapping[str, Comparison] = field(default_factory=dict)
 
 
 #: Makes something small for a report of the evidence; runs in a child process: must be picklable.
@@ -213,8 +217,7 @@ def judge(
     """
     start = time.perf_counter()
     comparisons: dict[str, Comparison] = {}
-    digests: dict[str, Any] = {}
-    diagnoses: dict[str, tuple[Any, ...]] = {}
+    evidences: list[Evidence] = []
     exact = exact_answer(scene) if cache is None else cache.exact(scene)
     ours = exact.frame
     groups: dict[Declared, list[_Answered]] = {}
@@ -230,10 +233,15 @@ def judge(
             )
             name = answer.reference
             comparisons[name] = comparison
-            evidence = Evidence(scene, name, ours, theirs, stability, comparison)
-            digests[name] = digest(evidence) if digest else None
-            if diagnose is not None and any(check.wrong for check in comparison.checks):
-                diagnoses[name] = diagnose(evidence)
+            evidences.append(
+                Evidence(scene, name, ours, theirs, stability, comparison, comparisons)
+            )
+    digests = {each.reference: digest(each) if digest else None for each in evidences}
+    diagnoses = {
+        each.reference: diagnose(each)
+        for each in evidences
+        if diagnose is not None and any(check.wrong for check in each.comparison.checks)
+    }
     checks = {name: (c.checks, digests[name]) for name, c in comparisons.items()}
     judgement = _judgement(scene, ours, comparisons, names)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

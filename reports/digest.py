@@ -1,4 +1,4 @@
-"""What a worker process makes of a comparison while its arrays are at hand: pictures."""
+"""What a worker process makes of a comparison while its arrays are at hand."""
 
 from __future__ import annotations
 
@@ -7,18 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.quantities import QUANTITIES
 from minirt.vectors import Bools
 from reference.compare import Check
 from reference.verify import Evidence
-from reports.pictures import Span, agreement_png, ratio_png, shrunk, span_of, value_png
+from reports.close_up import CloseUp, close_up_of
+from reports.pictures import (
+    agreement_png,
+    has_scale,
+    picture_span,
+    ratio_png,
+    shrunk,
+    value_png,
+)
 
 #: Largest sides, in pixels, of a passing quantity's pictures, and of a failing one's.
 THUMBNAIL = (128, 96)
 FULL = (512, 512)
-
-#: The scale of what needs none.
-_UNIT = Span(np.zeros(1), np.ones(1))
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,22 @@ class Pictures:
 
 
 @dataclass(frozen=True)
+class Seen:
+    """One scene against one reference, as the page shows it.
+
+    Attributes
+    ----------
+    pictures : dict of str to Pictures
+        By quantity, of every quantity that was compared.
+    close : CloseUp
+        What the inspector shows.
+    """
+
+    pictures: dict[str, Pictures]
+    close: CloseUp
+
+
+@dataclass(frozen=True)
 class Agreement:
     """How many references confirm each pixel of a quantity, as a PNG file of some size."""
 
@@ -67,13 +87,14 @@ def agreement_of(agree: NDArray[np.int64], differ: Bools) -> Agreement:
     return Agreement(png, -(-nx // factor), -(-ny // factor))
 
 
-def pictures_of(evidence: Evidence) -> dict[str, Pictures]:
-    """Pictures by quantity, of every quantity that was compared. A `Digest`."""
-    return {
+def digest_of(evidence: Evidence) -> Seen:
+    """Pictures, and all that the inspector shows. A `Digest`."""
+    pictures = {
         check.quantity: _draw(check, evidence)
         for check in evidence.comparison.checks
         if check.quantity in evidence.comparison.ratio
     }
+    return Seen(pictures, close_up_of(evidence))
 
 
 def _draw(check: Check, evidence: Evidence) -> Pictures:
@@ -82,7 +103,7 @@ def _draw(check: Check, evidence: Evidence) -> Pictures:
     ny, nx = evidence.ours.size
     factor = shrink_factor(nx, ny, FULL if deserves_full(check) else THUMBNAIL)
     scaled = has_scale(name)
-    span = span_of(ours, theirs) if scaled or name == "position" else _UNIT
+    span = picture_span(name, ours, theirs)
     small = shrunk(ours, factor)
     return Pictures(
         ours=value_png(name, small, span),
@@ -95,12 +116,6 @@ def _draw(check: Check, evidence: Evidence) -> Pictures:
         high=float(span.high[0]) if scaled else None,
         clipped=span.clipped,
     )
-
-
-def has_scale(name: str) -> bool:
-    """Whether a quantity's picture needs a scale with numbers."""
-    quantity = QUANTITIES[name]
-    return not quantity.discrete and quantity.components == 1
 
 
 def deserves_full(check: Check) -> bool:

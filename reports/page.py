@@ -39,7 +39,7 @@ from reports.coverage import (
     not_compared,
     rule_coverage,
 )
-from reports.digest import Agreement, Pictures, deserves_full, has_scale
+from reports.digest import Agreement, Pictures, deserves_full
 from reports.findings import (
     SceneState,
     answer_state,
@@ -61,6 +61,7 @@ from reports.page_cells import (
     scene_headline,
     stage_columns,
 )
+from reports.pictures import has_scale
 from reports.record import Run, programs
 from reports.rule_names import RULE_NAMES
 from reports.words import UNANSWERED, count, figure, icon, number, plain, worst_in_words
@@ -263,10 +264,10 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
     shown = []
     for name in CAUSAL:
         entries = [
-            _entry(answer, check, answer.digest[name], pool)
+            _entry(answer, check, answer.digest.pictures[name], pool)
             for answer in result.references
             for check in answer.checks
-            if check.quantity == name and name in (answer.digest or {})
+            if check.quantity == name and answer.digest and name in answer.digest.pictures
         ]
         if entries:
             rank = min(entry["rank"] for entry in entries)

@@ -51,6 +51,10 @@ class Span:
     clipped: bool = False
 
 
+#: The scale of what needs none.
+_UNIT = Span(np.zeros(1), np.ones(1))
+
+
 def span_of(*arrays: Array) -> Span:
     """A common scale for several arrays (ny, nx) or (ny, nx, k); values of no number left out."""
     columns = np.concatenate([a.reshape(a.shape[0] * a.shape[1], -1) for a in arrays])
@@ -61,6 +65,17 @@ def span_of(*arrays: Array) -> Span:
     usual = np.percentile(finite, 98, axis=0)
     clipped = bool((high - low > 4 * (usual - low)).any() and (usual > low).all())
     return Span(low, usual if clipped else high, clipped)
+
+
+def picture_span(name: str, ours: Array, theirs: Array) -> Span:
+    """The scale of a quantity's pictures; 0…1 where its values need none."""
+    return span_of(ours, theirs) if has_scale(name) or name == "position" else _UNIT
+
+
+def has_scale(name: str) -> bool:
+    """Whether a quantity's picture needs a scale with numbers."""
+    quantity = QUANTITIES[name]
+    return not quantity.discrete and quantity.components == 1
 
 
 def shrunk(array: Array, factor: int) -> Array:

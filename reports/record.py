@@ -45,7 +45,7 @@ class Run:
     Attributes
     ----------
     results : tuple of SceneResult
-        In the order in which scenes were given; digests are `reports.digest.pictures_of`'s.
+        In the order in which scenes were given; digests are `reports.digest.digest_of`'s.
     references, required : tuple of str
         Names of the references that were chosen, and of those that must answer.
     verdict : Verdict

@@ -17,7 +17,7 @@ from reference.source import Reference
 from reference.verify import TIMEOUT, Diagnose, SceneResult, verify
 from reports.baseline import Baseline
 from reports.before import Before
-from reports.digest import agreement_of, pictures_of
+from reports.digest import agreement_of, digest_of
 from reports.junit import junit_xml
 from reports.page import report_html
 from reports.portrait import Portrait, portrait_of
@@ -106,7 +106,7 @@ def run_verify(
             scenes,
             references,
             jobs,
-            pictures_of,
+            digest_of,
             timeout,
             quantities,
             agreement_of,

@@ -24,7 +24,7 @@ from minirt.scene import Scene
 from reference.compare import State, without_answer
 from reference.source import Reference, Unsupported
 from reference.verify import ReferenceResult, SceneResult, judge, render_by
-from reports.digest import pictures_of
+from reports.digest import digest_of
 from reports.portrait import portrait_of
 from reports.provenance import provenance
 from reports.record import Run
@@ -60,7 +60,7 @@ def _answer(scene: Scene, reference: Reference) -> ReferenceResult:
             answered = render_by(reference, scene, Path(room))
         except Unsupported as error:
             return _none(reference, "not supported", str(error))
-        verdict = judge(scene, (answered,), NAMES, pictures_of)
+        verdict = judge(scene, (answered,), NAMES, digest_of)
     checks, digest = verdict.comparisons[reference.name]
     return ReferenceResult(
         reference.name, answered.program, checks, answered.declared, 0.25, "", digest
