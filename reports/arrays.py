@@ -1,8 +1,8 @@
 """Arrays on a page: bit patterns, predicted, byte by byte, deflated; exact when they come back.
 
-A pixel's bit pattern is predicted from its neighbours (the left one plus the upper one minus the
-one between them) or from the same pixel of another array, and the difference is stored: whatever
-is smooth or equal deflates to little. `templates/arrays.js` reads it back.
+Bit patterns are whole numbers. Of them, or of their differences from another array's, differences
+between neighbours are taken, across and down, up to `MOST_ORDERS` times: whatever is smooth or
+equal becomes small numbers, which deflate to little. `templates/arrays.js` reads it back.
 """
 
 from __future__ import annotations
@@ -18,7 +18,11 @@ from minirt.frame import Array
 from minirt.vectors import Floats
 
 Kind = Literal["f8", "f4", "b2", "i4", "i1"]
-Predictor = Literal["plane", "other"]
+#: Whether another array was subtracted, and how many times neighbours were.
+Predictor = tuple[bool, int]
+
+#: Times that neighbours are subtracted, at most: more would gather more rounding than they save.
+MOST_ORDERS = 3
 
 #: What each kind is held as, and the unsigned numbers of its bit patterns.
 _TYPES: dict[Kind, tuple[type, type]] = {
@@ -45,8 +49,9 @@ class Packed:
     components : int
     exact : bool
         Whether every number comes back as it was.
-    predictors : tuple of str
-        By component: plane, or other (the same pixel of the array that it was packed beside).
+    predictors : tuple of (bool, int)
+        By component: whether the array that it was packed beside was subtracted, and how many
+        times neighbours were.
     data : bytes
         Deflated, component by component.
     """
@@ -103,14 +108,12 @@ def unpacked(packed: Packed, ny: int, nx: int, other: Array | None = None) -> Ar
     planes = stream.reshape(packed.components, size, ny * nx)
     beside = None if other is None else _held(other, packed.kind)
     parts = []
-    for k, name in enumerate(packed.predictors):
+    for k, (subtracted, orders) in enumerate(packed.predictors):
         residual: NDArray[Any] = np.ascontiguousarray(planes[k].T).view(unsigned).reshape(ny, nx)
         bits = (residual >> unsigned(1)) ^ (unsigned(0) - (residual & unsigned(1)))
-        if name == "other" and beside is not None:
-            bits = bits + beside[..., k]
-        else:
+        for _ in range(orders):
             bits = np.cumsum(np.cumsum(bits, axis=0, dtype=unsigned), axis=1, dtype=unsigned)
-        parts.append(bits)
+        parts.append(bits + beside[..., k] if subtracted and beside is not None else bits)
     stacked: Array = np.stack(parts, axis=2)
     if packed.kind == "b2":
         values: Array = (stacked.astype(np.uint32) << np.uint32(16)).view(np.float32)
@@ -149,17 +152,22 @@ def _held(values: Array, kind: Kind) -> NDArray[Any]:
 
 
 def _part(bits: NDArray[Any], other: NDArray[Any] | None) -> tuple[Predictor, bytes]:
-    """The shorter of two predictions of one component: its name and its bytes, plane by plane."""
-    plane = _bytes(_from_neighbours(bits))
-    if other is None:
-        return "plane", plane
-    beside = _bytes(bits - other)
-    if len(zlib.compress(beside, 1)) <= len(zlib.compress(plane, 1)):
-        return "other", beside
-    return "plane", plane
+    """The shortest prediction of one component, and its bytes, plane by plane."""
+    tried: list[tuple[float, Predictor, NDArray[Any]]] = []
+    for subtracted, left in ((False, bits), *([] if other is None else [(True, bits - other)])):
+        for orders in range(MOST_ORDERS + 1):
+            folded = _folded(left)
+            cost = float(np.log2(folded.astype(np.float64) + 1).sum())
+            tried.append((cost, (subtracted, orders), folded))
+            left = _from_neighbours(left)
+    _, predictor, folded = min(tried, key=lambda each: each[0])
+    flat = np.ascontiguousarray(folded).reshape(-1)
+    planes = flat.view(np.uint8).reshape(-1, folded.itemsize).T
+    return predictor, np.ascontiguousarray(planes).tobytes()
 
 
 def _from_neighbours(bits: NDArray[Any]) -> NDArray[Any]:
+    """Each number less the one to its left, then less the one above it."""
     across = bits.copy()
     across[:, 1:] -= bits[:, :-1]
     down = across.copy()
@@ -167,10 +175,9 @@ def _from_neighbours(bits: NDArray[Any]) -> NDArray[Any]:
     return down
 
 
-def _bytes(difference: NDArray[Any]) -> bytes:
-    """Small differences of either sign as small numbers, all first bytes, then all second ones."""
+def _folded(difference: NDArray[Any]) -> NDArray[Any]:
+    """Small differences of either sign as small numbers."""
     unsigned = difference.dtype.type
     top = unsigned(8 * difference.itemsize - 1)
-    folded = (difference << unsigned(1)) ^ (unsigned(0) - (difference >> top))
-    flat = np.ascontiguousarray(folded).reshape(-1)
-    return np.ascontiguousarray(flat.view(np.uint8).reshape(-1, difference.itemsize).T).tobytes()
+    folded: NDArray[Any] = (difference << unsigned(1)) ^ (unsigned(0) - (difference >> top))
+    return folded

@@ -7,7 +7,6 @@ and explanations of its worst pixels; one that passes leaves explanations of a f
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -27,7 +26,7 @@ from reports.second_opinion import Row, rows_at
 from reports.space import lines_of
 
 #: Bytes that the arrays of one reference on one scene may take, before base64 adds a third.
-ROOM = 1_500_000
+ROOM = 1_550_000
 #: Pixels of a passing scene that are explained.
 _TYPICAL = 3
 
@@ -159,35 +158,32 @@ def typical_pixels(frame: Frame) -> tuple[Pixel, ...]:
 
 
 def _kept(evidence: Evidence) -> dict[str, Kept]:
-    """Arrays by quantity: what fails exactly, the rest as float32, while there is room."""
+    """Arrays by quantity: all as float32, as long as there is room; then exactly what fails."""
+    order = _by_weight(evidence)
     kept: dict[str, Kept] = {}
     room = ROOM
-    for check, rounded in _wanted(evidence):
-        name = check.quantity
-        each = _keep(name, evidence, rounded)
-        if not rounded and each.size > room:
-            each = _keep(name, evidence, True)
-        if each.size <= room:
-            kept[name] = each
-            room -= each.size
+    for rounded in (True, False):
+        for name in order:
+            each = _keep(name, evidence, rounded)
+            more = each.size - (kept[name].size if name in kept else 0)
+            if more <= room:
+                kept[name] = each
+                room -= more
     return kept
 
 
-def _wanted(evidence: Evidence) -> Iterator[tuple[Check, bool]]:
-    """Quantities in the order in which they get room, and whether they may be rounded."""
+def _by_weight(evidence: Evidence) -> list[str]:
+    """Quantities in the order in which they get room: what fails first comes first."""
     compared = [c for c in evidence.comparison.checks if c.quantity in evidence.comparison.ratio]
-    compared.sort(key=lambda check: STAGES.index(check.stage))
-    failed = [check for check in compared if check.state == "failed"]
-    first = [check for check in failed if check.first_wrong]
-    later = [check for check in failed if not check.first_wrong]
-    discrete = [check for check in compared if QUANTITIES[check.quantity].discrete]
-    groups = ((first, False), (discrete, False), (later, False), (compared, True))
-    given: set[str] = set()
-    for group, rounded in groups:
-        for check in group:
-            if check.quantity not in given:
-                given.add(check.quantity)
-                yield check, rounded
+
+    def weight(check: Check) -> tuple[bool, bool, bool, int]:
+        discrete = QUANTITIES[check.quantity].discrete
+        return (
+            not check.first_wrong, not discrete, check.state != "failed",
+            STAGES.index(check.stage),
+        )  # fmt: skip
+
+    return [check.quantity for check in sorted(compared, key=weight)]
 
 
 def _keep(name: str, evidence: Evidence, rounded: bool) -> Kept:

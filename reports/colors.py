@@ -40,6 +40,12 @@ CATEGORIES = palette(
     "9bd3ae", "4b2a7b", "d55e00", "c9c3f0", "00735c", "f4e27a",
 )  # fmt: skip
 
+#: The first wrong stage of a pixel, in causal order: neighbours differ in hue and lightness.
+STAGE_COLORS = palette(
+    "4b2a7b", "e08bb4", "1b4d3e", "9bd3ae", "0072b2",
+    "f4e27a", "00735c", "d55e00", "8c3b12", "c9c3f0",
+)  # fmt: skip
+
 #: Upper bounds of error over tolerance in each of the bands below; what is more is in the last.
 BOUNDS: tuple[float, ...] = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 16.0)
 
@@ -47,6 +53,12 @@ BOUNDS: tuple[float, ...] = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 16.0)
 BANDS = palette(
     "0a1826", "102e48", "18446e", "205c93", "2975bb",
     "e37a18", "eca452", "f6ca8c", "fff2d6",
+)  # fmt: skip
+
+#: Signed error over tolerance, from too small to too large: in steps of 16.5 of CIE lightness from
+#: the light middle, which is no error, to blue and to orange.
+DIVERGING = palette(
+    "004986", "0072bf", "319ae0", "9ac4ef", "eeeeee", "e7b597", "cb8252", "a1551d", "6c3203",
 )  # fmt: skip
 
 #: The two stripes of the hatching over uncertain pixels, and the line around wrong ones.

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import base64
+import json
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -17,19 +16,7 @@ from reference.quorum import Quorum
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.stability import KAPPA
 from reference.verify import ReferenceResult, SceneResult
-from reports.colors import (
-    BANDS,
-    BOUNDS,
-    CATEGORIES,
-    HATCH,
-    MASK_WORDS,
-    MASKS,
-    NOTHING,
-    RING,
-    SOURCES,
-    css,
-    viridis,
-)
+from reports.colors import HATCH, RING, SOURCES, css, viridis
 from reports.coverage import (
     RuleCoverage,
     RuleState,
@@ -39,7 +26,7 @@ from reports.coverage import (
     not_compared,
     rule_coverage,
 )
-from reports.digest import Agreement, Pictures, deserves_full
+from reports.digest import Agreement, Pictures, Seen, deserves_full
 from reports.findings import (
     SceneState,
     answer_state,
@@ -47,11 +34,14 @@ from reports.findings import (
     counts,
     failing,
     first_wrong_stage,
+    least_certain,
     scene_counts,
     scene_state,
     silent,
+    worst_check,
 )
 from reports.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
+from reports.legends import bands, legend_of
 from reports.page_cells import (
     CAUSAL,
     anchor,
@@ -61,6 +51,7 @@ from reports.page_cells import (
     scene_headline,
     stage_columns,
 )
+from reports.page_data import Pool, page_data
 from reports.pictures import has_scale
 from reports.record import Run, programs
 from reports.rule_names import RULE_NAMES
@@ -70,6 +61,12 @@ from reports.words import UNANSWERED, count, figure, icon, number, plain, worst_
 _AROUND, _ENLARGED = 7, 10
 #: Least width, in CSS pixels, to which small pictures are enlarged, by a whole number.
 _LEAST_WIDTH = 128
+
+#: The parts of the page's script, in the order in which they need each other.
+_SCRIPT = (
+    "dom", "state", "report", "arrays", "colors", "load", "stage", "overlays", "steps",
+    "inspector", "clusters", "space", "controls", "filter", "start",
+)  # fmt: skip
 
 #: Worst scenes first; scenes of the same state stay in the order in which they ran.
 _ORDER: tuple[SceneState, ...] = ("failed", "incomplete", "passed", "not compared")
@@ -92,6 +89,8 @@ def report_html(run: Run) -> str:
     pool = Pool()
     ordered = _ordered(run.results)
     page = environment.get_template("report.html.j2")
+    scenes = [_scene(run, number, result, pool) for number, result in ordered]
+    sections = [(anchor(number, result), result) for number, result in ordered]
     return page.render(
         run=run,
         names=_names(run),
@@ -104,10 +103,14 @@ def report_html(run: Run) -> str:
         gaps=[(gap, gap_in_words(gap)) for gap in gaps(run.results)],
         failing=_failing(run),
         silent=silent(run.results),
-        scenes=[_scene(run, number, result, pool) for number, result in ordered],
+        scenes=scenes,
+        data=page_data(run, sections, pool),
+        script=[f"{part}.js" for part in _SCRIPT],
+        compared=any(isinstance(a.digest, Seen) for r in run.results for a in r.references),
+        filters=[("failed", "did not pass"), ("uncertain", "have uncertain pixels")],
         rules=_rules(run),
         programs=programs(run),
-        bands=_bands(),
+        bands=bands(),
         hatch=[css(color) for color in HATCH],
         ring=css(RING[0]),
         sources=[css(color) for color in SOURCES],
@@ -117,21 +120,6 @@ def report_html(run: Run) -> str:
         pool=pool,
         count=count,
     )
-
-
-@dataclass
-class Pool:
-    """Pictures of a page, each stored once however often it is shown."""
-
-    names: dict[bytes, str] = field(default_factory=dict)
-
-    def name(self, png: bytes) -> str:
-        """The CSS class that shows a picture."""
-        return self.names.setdefault(png, f"p{len(self.names)}")
-
-    def rules(self) -> list[tuple[str, str]]:
-        """CSS classes with their pictures as base64."""
-        return [(name, base64.b64encode(png).decode()) for png, name in self.names.items()]
 
 
 def _names(run: Run) -> list[str]:
@@ -152,9 +140,17 @@ def _failing(run: Run) -> list[dict[str, Any]]:
             "kind": kind(check),
             "what": f"{icon(check)} {figure(check)}",
             "detail": worst_in_words(check) if check.wrong else check.reason,
+            "look": _look(anchors[id(result)], answer, check),
         }
         for result, answer, check in failing(run.results)
     ]
+
+
+def _look(section: str, answer: ReferenceResult, check: Check) -> str:
+    """What the stage is to show of a check, as JSON; empty where it has nothing to show."""
+    if not (isinstance(answer.digest, Seen) and check.quantity in answer.digest.pictures):
+        return ""
+    return json.dumps([section, plain(answer.reference), check.quantity])
 
 
 def _ordered(results: Sequence[SceneResult]) -> list[tuple[int, SceneResult]]:
@@ -173,6 +169,9 @@ def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str,
         "state": scene_state(result),
         "headline": scene_headline(result) + (f"; first wrong stage: {stage}" if stage else ""),
         "rows": [matrix_row(answer, names, section) for answer in result.references],
+        "tags": " ".join(tags_of(result)),
+        "worst": _worst(result),
+        "certain": _certain(result),
         "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
         "portrait": _portrait(run, number_, pool),
         "answers": [_answer(answer) for answer in result.references],
@@ -184,6 +183,26 @@ def _scene(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str,
         "seconds": result.seconds,
         "memory": result.peak_memory / 2**20,
     }
+
+
+def tags_of(result: SceneResult) -> list[str]:
+    """By what a scene can be filtered."""
+    checks = list(checks_of([result]))
+    found = ["failed"] if scene_state(result) in ("failed", "incomplete") else []
+    return [*found, *(["uncertain"] if any(c.certain < c.pixels for c in checks) else [])]
+
+
+def _worst(result: SceneResult) -> str:
+    """The worst error over tolerance as JavaScript reads it; −1 where nothing was compared."""
+    worst = worst_check(checks_of([result]))
+    ratio = -1.0 if worst is None else worst.ratio or 0.0
+    return "Infinity" if math.isinf(ratio) else f"{ratio:.6g}"
+
+
+def _certain(result: SceneResult) -> str:
+    """The least share of certain pixels; 2 where nothing was compared."""
+    least = least_certain(checks_of([result]))
+    return "2" if least is None else f"{least.certain / least.pixels:.6f}"
 
 
 def _portrait(run: Run, number_: int, pool: Pool) -> tuple[str, int, str] | None:
@@ -264,7 +283,7 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
     shown = []
     for name in CAUSAL:
         entries = [
-            _entry(answer, check, answer.digest.pictures[name], pool)
+            _entry(section, answer, check, pool)
             for answer in result.references
             for check in answer.checks
             if check.quantity == name and answer.digest and name in answer.digest.pictures
@@ -277,17 +296,19 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
                     "quantity": QUANTITIES[name],
                     "entries": sorted(entries, key=lambda entry: entry["rank"]),
                     "rank": rank,
-                    "legend": _legend(name),
+                    "legend": legend_of(name),
                 }
             )
     return sorted(shown, key=lambda entry: entry["rank"])
 
 
-def _entry(answer: ReferenceResult, check: Check, pictures: Pictures, pool: Pool) -> dict[str, Any]:
+def _entry(section: str, answer: ReferenceResult, check: Check, pool: Pool) -> dict[str, Any]:
+    pictures: Pictures = answer.digest.pictures[check.quantity]
     kinds = ("failed", "follows", "known", "passed", "empty")
     shown = ((answer.reference, pictures.theirs), ("error ÷ tolerance", pictures.ratio))
     return {
         "reference": answer.reference,
+        "look": _look(section, answer, check),
         "kind": kind(check),
         "rank": kinds.index(kind(check)),
         "icon": icon(check),
@@ -340,25 +361,6 @@ def _not_compared(result: SceneResult) -> list[tuple[str, str, str, str]]:
                 key = (answer.reference, check.state, check.reason)
                 found.setdefault(key, []).append(check.quantity)
     return [(*key, ", ".join(names)) for key, names in found.items()]
-
-
-def _legend(name: str) -> list[tuple[str, str]]:
-    """Colours with what they stand for; empty where a scale or a sentence says it."""
-    if name in MASKS:
-        return [
-            (css(c), word) for c, word in zip(MASKS[name], MASK_WORDS[name], strict=True) if word
-        ]
-    if QUANTITIES[name].discrete:
-        first = [(css(CATEGORIES[k]), f"{k}") for k in range(4)]
-        return [(css(NOTHING), "none"), *first, ("", "… again from 12")]
-    return []
-
-
-def _bands() -> list[tuple[str, str, bool]]:
-    """Bands of error over tolerance: colour, upper bound, and whether it is beyond 1."""
-    words = [str(Fraction(bound)) for bound in BOUNDS] + ["∞"]
-    beyond = [bound > 1 for bound in BOUNDS] + [True]
-    return [(css(color), word, out) for color, word, out in zip(BANDS, words, beyond, strict=True)]
 
 
 def _rules(run: Run) -> list[dict[str, Any]]:

@@ -23,7 +23,7 @@ from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.compare import State, without_answer
 from reference.source import Reference, Unsupported
-from reference.verify import ReferenceResult, SceneResult, judge, render_by
+from reference.verify import ReferenceResult, SceneResult, _Answered, judge, render_by
 from reports.digest import digest_of
 from reports.portrait import portrait_of
 from reports.provenance import provenance
@@ -45,26 +45,35 @@ ENDINGS: dict[str, tuple[State, str, str]] = {
 
 def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
     """One scene against references; those named in ENDINGS end so, without a child process."""
-    return SceneResult(scene, tuple(_answer(scene, r) for r in references), 0.5, 100 * 2**20)
+    with TemporaryDirectory() as room:
+        ended = [_answer(scene, r, Path(room) / str(k)) for k, r in enumerate(references)]
+        answered = [each for each in ended if not isinstance(each, ReferenceResult)]
+        verdict = judge(scene, answered, NAMES, digest_of)
+    results = []
+    for each in ended:
+        if isinstance(each, ReferenceResult):
+            results.append(each)
+            continue
+        checks, digest = verdict.comparisons[each.reference]
+        answer = ReferenceResult(
+            each.reference, each.program, checks, each.declared, 0.25, "", digest
+        )
+        results.append(answer)
+    return SceneResult(scene, tuple(results), 0.5, 100 * 2**20)
 
 
-def _answer(scene: Scene, reference: Reference) -> ReferenceResult:
+def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | _Answered:
     if reference.name in ENDINGS:
         state, reason, output = ENDINGS[reference.name]
         return _none(reference, state, reason, output)
     missing = reference.missing()
     if missing:
         return _none(reference, "missing", missing)
-    with TemporaryDirectory() as room:
-        try:
-            answered = render_by(reference, scene, Path(room))
-        except Unsupported as error:
-            return _none(reference, "not supported", str(error))
-        verdict = judge(scene, (answered,), NAMES, digest_of)
-    checks, digest = verdict.comparisons[reference.name]
-    return ReferenceResult(
-        reference.name, answered.program, checks, answered.declared, 0.25, "", digest
-    )
+    room.mkdir()
+    try:
+        return render_by(reference, scene, room)
+    except Unsupported as error:
+        return _none(reference, "not supported", str(error))
 
 
 def _none(reference: Reference, state: State, reason: str, output: str = "") -> ReferenceResult:

@@ -55,7 +55,14 @@ def test_what_is_almost_equal_takes_almost_no_room() -> None:
     other = values.copy()
     other[3, 4] = np.nextafter(other[3, 4], 2)
     assert len(pack(other, values).data) < 100 < len(pack(values).data)
-    assert pack(other, values).predictors == ("other",)
+    assert pack(other, values).predictors == ((True, 0),)
+
+
+def test_what_is_smooth_takes_little_room() -> None:
+    row, column = np.indices((64, 64), dtype=np.float64)
+    smooth = np.sqrt(2 + 0.001 * row + 0.002 * column)
+    assert pack(smooth).predictors[0][1] > 1
+    assert len(pack(smooth).data) < 64 * 64 * 8 / 3
 
 
 def test_rounding_is_to_float32_and_said() -> None:
