@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -19,8 +21,15 @@ def explain(
     ],
     *,
     subject: Subject,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", show_default=False,
+            help="Write a page too: the values, the steps, and the rays in space.",
+        ),
+    ] = None,
     json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Show the algorithm's own steps at one pixel, with the numbers.
 
     With an implementation named, its values beside them, and which stage is wrong first.
@@ -35,6 +44,10 @@ def explain(
         from reports.second_opinion import second_opinion
 
         opinion = second_opinion(loaded, *pixel, subject.reference(), subject.patience)
+    if html is not None:
+        from reports.page_pixel import write_pixel_page
+
+        write_pixel_page(html, loaded, explanation, opinion, _again())
     if json:
         other = {} if opinion is None else {"other": opinion.to_dict()}
         print_json(explanation.to_dict() | other)
@@ -48,3 +61,13 @@ def explain(
             print_second_opinion(opinion, answers())
     if opinion is not None and (opinion.trouble or opinion.first):
         raise typer.Exit(3 if opinion.trouble else 1)
+
+
+def _again() -> list[str]:
+    """The words of this command, without the page that it writes."""
+    words = ["minirt", *sys.argv[1:]]
+    places = [k for k, word in enumerate(words) if word == "--html"]
+    left_out = {*places, *(place + 1 for place in places)}
+    return [
+        word for k, word in enumerate(words) if k not in left_out and not word.startswith("--html=")
+    ]

@@ -7,8 +7,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from minirt.quantities import QUANTITIES
 from reference.compare import CERTAIN_FLOOR, Check
 from reference.exact import Judgement
@@ -52,6 +50,7 @@ from reports.page_cells import (
     stage_columns,
 )
 from reports.page_data import Pool, page_data
+from reports.page_template import template
 from reports.pictures import has_scale
 from reports.record import Run, programs
 from reports.rule_names import RULE_NAMES
@@ -78,17 +77,9 @@ _RULE_ICONS: dict[RuleState, str] = {
 
 def report_html(run: Run) -> str:
     """The page of a run."""
-    environment = Environment(
-        loader=PackageLoader("reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        finalize=lambda value: plain(value) if type(value) is str else value,
-    )
     pool = Pool()
     ordered = _ordered(run.results)
-    page = environment.get_template("report.html.j2")
+    page = template("report.html.j2")
     scenes = [_scene(run, number, result, pool) for number, result in ordered]
     sections = [(anchor(number, result), result) for number, result in ordered]
     return page.render(

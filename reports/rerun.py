@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 
 from minirt.scene import Scene, atlas_names, load_scene
 from reference.registry import REFERENCES
 from reports.record import Run
-from reports.words import one_line
 
 #: Options of a gate that say which implementation is judged, and how.
 _SUBJECT = (
@@ -54,8 +54,12 @@ def ready_test(run: Run, scene: Scene, reference: str) -> str:
     name = re.sub(r"\W+", "_", f"{scene.name} {reference}").strip("_").lower()[:60]
     if reference in REFERENCES:
         return _REFERENCE.format(name=name, source=source, reference=reference)
-    command = rerun_command(run, scene)
-    return _COMMAND.format(name=name, words=shlex.split(command), scene=one_line(scene.name, 60))
+    return command_test(name, shlex.split(rerun_command(run, scene)))
+
+
+def command_test(name: str, words: Sequence[str]) -> str:
+    """A test that runs a command, which must end with status 0."""
+    return _COMMAND.format(name=name, words=[*words])
 
 
 _REFERENCE = """\

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +92,16 @@ class Faulty(Honest):
 
     def rules(self) -> Rules:
         return SLIDES.replace(in_interval=culls_small_t)
+
+
+@dataclass(frozen=True)
+class Coarse(Honest):
+    """Right, and declares an error of a pixel or more: too little of its image is certain."""
+
+    name: str = "coarse"
+
+    def declare(self, scene: Scene) -> Declared:
+        return replace(super().declare(scene), delta=0.002 * scene.extent)
 
 
 @dataclass(frozen=True)
