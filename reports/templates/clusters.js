@@ -15,10 +15,10 @@ function showLists() {
   const passes = `${reference.name} has no wrong pixel on ${scene.name}.`;
   const left = reference.clustered - clusters.length;
   one("#clusters").replaceChildren(none(clusters, element("div", { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Clusters" },
-    table("Clusters of wrong pixels", ["", "first wrong stage", "pixels", "columns × rows", "worst"], clusters)), passes),
+    table("Clusters of wrong pixels", ["", "stage", "pixels", "columns × rows", "worst"], clusters)), passes),
   ...(left > 0 ? [element("p", { className: "soft" }, `and ${counted(left, "more cluster")}`)] : []));
   one("#worst").replaceChildren(none(worst, element("div", { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Worst pixels" },
-    table("Worst pixels", ["pixel", "first wrong stage", "quantity", "error ÷ tolerance"], worst)), passes));
+    table("Worst pixels", ["pixel", "stage", "quantity", "error ÷ tol."], worst)), passes));
   one("#spread-title").textContent = `Errors of ${name}, ${reference.name}`;
   one("#spread").replaceChildren(spread(reference.quantities[name].spread));
 }
@@ -42,7 +42,7 @@ function spread(counts) {
       element("td", { className: "num" }, part), element("td", { className: "num" }, upTo),
       element("td", {}, element("span", { className: "histogram", style: `width:${width}%;background:${color}` })));
   }
-  return table("Pixels by error over tolerance", ["error ÷ tolerance", "pixels", "share", "cumulative", "bar, logarithmic"], rows);
+  return table("Pixels by error over tolerance", ["error ÷ tol.", "pixels", "share", "up to here", "bar, log"], rows);
 }
 
 function nextCluster(step) {

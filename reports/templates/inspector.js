@@ -68,8 +68,9 @@ async function inspect() {
   parts.push(story ? element("section", {}, element("h4", {}, "How minirt comes to it, step by step"), element("div",
     { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Steps of the algorithm" }, stepList(story)))
     : element("p", { className: "soft" }, "The algorithm's steps are kept for some pixels only; for this one the command above prints them."));
-  parts.push(explainedPixels(scene));
+  parts.push(explainedPixels(scene, !story));
   box.replaceChildren(...parts);
+  box.dataset.shows = [scene.id, reference.name, shown.name, key].join(" ");
   showSpace(story ? { space: kept.space, story } : null);
 }
 
@@ -109,8 +110,8 @@ function buttons(scene, reference, column, row) {
   return element("div", { className: "again" }, element("code", { id: "command" }, command), ask, test);
 }
 
-function explainedPixels(scene) {
+function explainedPixels(scene, open = true) {
   const links = scene.pixels.map(([column, row]) => element("button",
     { type: "button", className: "pixel", onclick: () => pick(column, row, true) }, `(${column}, ${row})`));
-  return element("details", { open: !state.p }, element("summary", {}, `${counted(links.length, "pixel")} of this scene explained step by step`), element("div", { className: "pixels" }, ...links));
+  return element("details", { open }, element("summary", {}, `${counted(links.length, "pixel")} of this scene explained step by step`), element("div", { className: "pixels" }, ...links));
 }
