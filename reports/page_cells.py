@@ -48,6 +48,8 @@ class Cell:
         Columns that it covers.
     href : str
         Where its pictures are; empty where it has none.
+    arrow : str
+        ▲ worse or ▼ better than in the previous run; empty where neither is known.
     """
 
     kind: str
@@ -58,6 +60,7 @@ class Cell:
     bar: float = 0.0
     span: int = 1
     href: str = ""
+    arrow: str = ""
 
 
 @dataclass(frozen=True)
@@ -150,6 +153,8 @@ def _similarity(check: Check, ssim: float, floor: float) -> str:
     text = f"SSIM {ssim if ssim == 1 else min(ssim, 0.99999):.5f}, floor {floor:g}"
     if check.wrong and ssim >= floor:
         text += f": it alone would have let {count(check.wrong, 'wrong pixel')} pass"
+    if not check.wrong and ssim < floor and check.compared:
+        text += ": no certain pixel is wrong; what differs is uncertain, and more of it than noise"
     return text
 
 

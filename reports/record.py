@@ -30,6 +30,7 @@ from reports.findings import (
 )
 from reports.json_model import Model, Natural, Number
 from reports.judgement import JudgementModel, judgement_model
+from reports.kills import KillMatrix
 from reports.portrait import Portrait
 from reports.provenance import Provenance
 from reports.verdict import Outcome, Verdict
@@ -62,6 +63,8 @@ class Run:
         The implementation that a gate judged, as it was named; empty for minirt itself.
     before : Before or None
         What the history knows of these scenes; None without a history.
+    mutants : KillMatrix or None
+        Whether the checks notice known mistakes, where that was tried.
     """
 
     results: tuple[SceneResult, ...]
@@ -75,6 +78,7 @@ class Run:
     remarks: tuple[str, ...] = ()
     judged: str = ""
     before: Before | None = None
+    mutants: KillMatrix | None = None
 
     @property
     def exit_status(self) -> int:
@@ -232,6 +236,10 @@ class ResultsModel(Model):
     judged: str = Field(
         default="", description="the implementation that a gate judged; empty for minirt itself"
     )
+    mutants: KillMatrix | None = Field(
+        default=None,
+        description="whether the checks notice known mistakes; null: not tried for this report",
+    )
 
 
 def results_document(run: Run) -> dict[str, Any]:
@@ -249,6 +257,7 @@ def results_document(run: Run) -> dict[str, Any]:
         scenes=[_scene(result) for result in run.results],
         remarks=list(run.remarks),
         judged=run.judged,
+        mutants=run.mutants,
     )
     document: dict[str, Any] = model.model_dump(mode="json")
     return document

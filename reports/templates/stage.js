@@ -20,9 +20,17 @@ function chosen() {
 const comparable = () => data.scenes.filter((scene) => scene.references.length);
 const firstScene = () => comparable().find((s) => s.references.some((r) => r.full)) ?? comparable()[0];
 
+// The arrays stand at the page's end, so that all before them can be used while they are read.
+const whole = new Promise((done) => {
+  if (document.readyState !== "loading") done();
+  else addEventListener("DOMContentLoaded", done);
+});
+
 let request = 0;
 async function showStage() {
-  const mine = ++request, choice = chosen();
+  const mine = ++request;
+  await whole;
+  const choice = chosen();
   if (!choice.scene) return;
   const { scene, reference, name } = choice;
   canvas.setAttribute("aria-busy", "true");
