@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -47,7 +46,9 @@ def explain(
     if html is not None:
         from reports.page_pixel import write_pixel_page
 
-        write_pixel_page(html, loaded, explanation, opinion, _again())
+        place = map(str, pixel)
+        again = ["minirt", "explain", scene, "--pixel", *place, *subject.arguments()]
+        write_pixel_page(html, loaded, explanation, opinion, again)
     if json:
         other = {} if opinion is None else {"other": opinion.to_dict()}
         print_json(explanation.to_dict() | other)
@@ -61,13 +62,3 @@ def explain(
             print_second_opinion(opinion, answers())
     if opinion is not None and (opinion.trouble or opinion.first):
         raise typer.Exit(3 if opinion.trouble else 1)
-
-
-def _again() -> list[str]:
-    """The words of this command, without the page that it writes."""
-    words = ["minirt", *sys.argv[1:]]
-    places = [k for k, word in enumerate(words) if word == "--html"]
-    left_out = {*places, *(place + 1 for place in places)}
-    return [
-        word for k, word in enumerate(words) if k not in left_out and not word.startswith("--html=")
-    ]

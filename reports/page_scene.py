@@ -201,7 +201,7 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
     shown = []
     for name in CAUSAL:
         entries = [
-            _entry(section, answer, check, pool)
+            _entry(answer, check, pool)
             for answer in result.references
             for check in answer.checks
             if check.quantity == name and answer.digest and name in answer.digest.pictures
@@ -220,13 +220,12 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
     return sorted(shown, key=lambda entry: entry["rank"])
 
 
-def _entry(section: str, answer: ReferenceResult, check: Check, pool: Pool) -> dict[str, Any]:
+def _entry(answer: ReferenceResult, check: Check, pool: Pool) -> dict[str, Any]:
     pictures: Pictures = answer.digest.pictures[check.quantity]
     kinds = ("failed", "follows", "known", "passed", "empty")
     shown = ((answer.reference, pictures.theirs), ("error ÷ tolerance", pictures.ratio))
     return {
         "reference": answer.reference,
-        "look": look_at(section, answer, check),
         "kind": kind(check),
         "rank": kinds.index(kind(check)),
         "icon": icon(check),

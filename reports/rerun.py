@@ -5,17 +5,14 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 
 from minirt.scene import Scene, atlas_names, load_scene
 from reference.registry import REFERENCES
 from reports.record import Run
+from reports.subject import Subject
 
-#: Options of a gate that say which implementation is judged, and how.
-_SUBJECT = (
-    "--cmd", "--python", "--frames", "--scene-as", "--out-as", "--precision", "--handed",
-    "--delta", "--start",
-)  # fmt: skip
 #: What stands for the pixel's column and row in a command and in a test.
 PLACES = ("COLUMN", "ROW")
 
@@ -37,15 +34,15 @@ def source_of(run: Run, scene: Scene) -> str:
 
 def _subject(run: Run) -> list[str]:
     """The options of the run's own command that name an implementation."""
+    kinds = {"--" + f.name.replace("_", "-"): isinstance(f.default, bool) for f in fields(Subject)}
     words = shlex.split(run.provenance.command)
     found: list[str] = []
     for place, word in enumerate(words):
         name, equals, _ = word.partition("=")
-        if name in _SUBJECT:
-            found += [word] if equals else words[place : place + 2]
-        elif word == "--sandbox":
-            found.append(word)
-    return found
+        if name in kinds:
+            found += [word] if equals or kinds[name] else words[place : place + 2]
+    named = ("--cmd", "--python", "--frames")
+    return found if any(word.startswith(named) for word in found) else []
 
 
 def ready_test(run: Run, scene: Scene, reference: str) -> str:

@@ -39,6 +39,8 @@ def test_the_command_names_the_implementation_that_was_judged() -> None:
     words = shlex.split(rerun_command(run, small_scene()))
     assert words == ["minirt", "explain", "ball.json", "--pixel", "COLUMN", "ROW", "--cmd",
                      "./t {scene} {out}", "--precision=float32"]  # fmt: skip
+    verified = run_by("minirt verify ball.json --reference embree --timeout 9")
+    assert "--timeout" not in rerun_command(verified, small_scene())
 
 
 def test_the_tests_are_programs() -> None:

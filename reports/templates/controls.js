@@ -88,6 +88,15 @@ function startPointer() {
   }, { passive: false });
 }
 
+// Brings a check onto the stage, at its worst pixel where that is known.
+function lookAt(s, r, q) {
+  const entry = data.scenes.find((each) => each.id === s);
+  const worst = entry.references.find((each) => each.name === r)?.worst.find((each) => each.quantity === q);
+  change({ s, r, q, v: "", p: worst ? `${worst.column},${worst.row}` : "" });
+  one("#stage").scrollIntoView();
+  canvas.focus({ preventScroll: true });
+}
+
 function startControls() {
   const set = (id, key, also = {}) => one(id).addEventListener("change", (event) => change({ [key]: event.target.value, ...also }));
   set("#stage-scene", "s", { r: "", q: "", p: "", v: "" });
@@ -111,14 +120,10 @@ function startControls() {
   startPointer();
   new ResizeObserver(() => { if (shown.loaded) draw(); }).observe(one("#stage-box"));
   calm.addEventListener("change", blink);
-  for (const link of all("[data-look]")) {
-    link.addEventListener("click", () => {
-      const [s, r, q] = JSON.parse(link.dataset.look), entry = data.scenes.find((each) => each.id === s);
-      const worst = entry.references.find((each) => each.name === r)?.worst.find((each) => each.quantity === q);
-      change({ s, r, q, v: "", p: worst ? `${worst.column},${worst.row}` : "" });
-      one("#stage").scrollIntoView();
-      canvas.focus({ preventScroll: true });
-    });
+  for (const link of all("[data-look]")) link.addEventListener("click", () => lookAt(...JSON.parse(link.dataset.look)));
+  for (const link of all("[data-of]")) {
+    const place = [link.closest("details.scene").id, link.dataset.of, link.closest(".quantity").dataset.quantity];
+    link.addEventListener("click", () => lookAt(...place));
   }
   on(["s", "r", "q"], showStage);
   on(["m", "d", "o", "v", "p"], draw);
