@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.console import Json, answers, people, print_json, progress
+from reports.console import Json, MutantsOption, answers, people, print_json, progress
 from reports.history_option import HistoryOption, NoHistoryOption, known_before, opened, recorded
 from reports.subject import Subject, takes_subject
 
@@ -65,6 +65,7 @@ def gate(
     jobs: Annotated[
         int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
     ] = len(os.sched_getaffinity(0)),
+    mutants: MutantsOption = None,
     no_cache: Annotated[
         bool, typer.Option("--no-cache", help="Compute minirt's own frames anew.")
     ] = False,
@@ -91,6 +92,7 @@ def gate(
     from minirt.render import chosen_quantities
     from minirt.scene import atlas_names
     from reference.diagnose import diagnose
+    from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
     from reports.terminal import print_run
@@ -107,6 +109,7 @@ def gate(
     for scene in loaded:
         judged.declare(scene)  # refused before anything is rendered
     known = _baseline(baseline, update)
+    kills = None if mutants is None else read_kills(mutants)
     name = subject.cmd or subject.python or str(subject.frames)
     with opened(history, no_history, out) as kept:
         before = known_before(kept, loaded, [judged], name)
@@ -117,7 +120,7 @@ def gate(
                 lambda _, total: tell(next(done), total), timeout=subject.patience,
                 quantities=chosen, given=required,
                 cache=None if no_cache else usual_cache(), baseline=known, diagnose=diagnose,
-                judged=name, before=before,
+                judged=name, before=before, mutants=kills,
             )  # fmt: skip
         status = recorded(run, kept)
     print_run(run, people() if json else answers())

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.console import Json, RequireOption, answers, names_in, people, print_json, progress
+from reports.console import (
+    Json,
+    MutantsOption,
+    RequireOption,
+    answers,
+    names_in,
+    people,
+    print_json,
+    progress,
+)
 from reports.history_option import HistoryOption, NoHistoryOption, known_before, opened, recorded
 
 if TYPE_CHECKING:
@@ -39,6 +48,7 @@ def verify(
     timeout: Annotated[
         int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
     ] = 300,
+    mutants: MutantsOption = None,
     history: HistoryOption = "",
     no_history: NoHistoryOption = False,
     json: Json = False,
@@ -49,19 +59,22 @@ def verify(
     """
     from minirt import load_scene
     from minirt.scene import atlas_names
+    from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
     from reports.terminal import print_run
 
     chosen, required = references_of(names_in(reference), names_in(require))
     loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
+    kills = None if mutants is None else read_kills(mutants)
     with opened(history, no_history, out) as kept:
         before = known_before(kept, loaded, chosen)
         with progress("verify") as tell:
             done = iter(range(1, len(loaded) + 1))
             run = run_verify(
                 loaded, chosen, out, jobs, required,
-                lambda _, total: tell(next(done), total), timeout=timeout, before=before,
+                lambda _, total: tell(next(done), total), timeout=timeout,
+                before=before, mutants=kills,
             )  # fmt: skip
         status = recorded(run, kept)
     print_run(run, people() if json else answers())

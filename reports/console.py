@@ -12,6 +12,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
@@ -43,6 +44,14 @@ RequireOption = Annotated[
     typer.Option(
         "--require", metavar="NAMES", envvar="MINIRT_REQUIRE",
         help="References that must be there and work, separated by commas; else exit status 3.",
+    ),
+]  # fmt: skip
+
+MutantsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--mutants", metavar="FILE", show_default=False,
+        help="What minirt mutants --json printed, to be shown in the report.",
     ),
 ]  # fmt: skip
 

@@ -19,6 +19,7 @@ from reports.baseline import Baseline
 from reports.before import Before
 from reports.digest import agreement_of, digest_of
 from reports.junit import junit_xml
+from reports.kills import KillMatrix
 from reports.page import report_html
 from reports.portrait import Portrait, portrait_of
 from reports.provenance import provenance, without_passwords
@@ -54,6 +55,7 @@ def run_verify(
     diagnose: Diagnose | None = None,
     judged: str = "",
     before: Before | None = None,
+    mutants: KillMatrix | None = None,
 ) -> Run:
     """Compare minirt with references on scenes, and write the reports into a folder.
 
@@ -86,6 +88,8 @@ def run_verify(
         The implementation that is judged, as it was named; empty for minirt itself.
     before : Before, optional
         What a history knows of the scenes.
+    mutants : KillMatrix, optional
+        To be shown in the reports.
 
     Returns
     -------
@@ -134,6 +138,7 @@ def run_verify(
         remarks=remarks,
         judged=without_passwords(judged),
         before=before,
+        mutants=mutants,
     )
     write_reports(run)
     return run

@@ -8,10 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fake_references import small_scene
 from report_runs import good_run
 
 from minirt.errors import InputError
 from minirt.quantities import STAGES
+from reports.cli import run
 from reports.kills import read_kills
 from reports.page import report_html
 from reports.record import results_document
@@ -49,9 +51,19 @@ def test_the_page_shows_the_matrix_when_it_was_run_and_nothing_otherwise(file: P
 
 
 def test_results_hold_the_matrix_too(file: Path) -> None:
-    run = replace(good_run(), mutants=read_kills(file))
-    assert results_document(run)["mutants"]["killed"] == 1
+    shown = replace(good_run(), mutants=read_kills(file))
+    assert results_document(shown)["mutants"]["killed"] == 1
     assert results_document(good_run())["mutants"] is None
+
+
+def test_a_gate_shows_what_the_mutants_printed(file: Path, tmp_path: Path) -> None:
+    scene = tmp_path / "ball.json"
+    scene.write_text(json.dumps({"minirt": 1, **small_scene().to_dict()}), encoding="utf-8")
+    out = tmp_path / "out"
+    words = ["gate", str(scene), "--python", "gate_subjects:honest", "--out", str(out)]
+    assert run([*words, "--no-cache", "--mutants", str(file)]) == 0
+    assert "1 of 2 mutants killed" in (out / "report.html").read_text(encoding="utf-8")
+    assert run([*words, "--mutants", str(tmp_path / "none")]) == 2
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"mutants": [{"mutant": 1}]}'])
