@@ -9,7 +9,7 @@ import numpy as np
 
 from minirt.frame import Array, Frame
 from minirt.vectors import Floats, unit
-from reference.mutants.matrix import Bench, benches
+from reference.mutants.matrix import SCENES, Bench, atlas_bench
 
 #: Planted errors are halved down to this one, half an ulp of 1, which no float64 can hold.
 _HALVINGS = 53
@@ -36,7 +36,7 @@ class Floor:
 
 def sensitivity_floor() -> Floor:
     """Plant smaller and smaller errors into minirt's own frame until they pass."""
-    bench = benches()[0]
+    bench = atlas_bench(SCENES[0])
     return Floor(
         _fewest_pixels(bench),
         _smallest(bench, "depth", lambda values, e: values * (1 + e)),

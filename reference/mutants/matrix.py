@@ -110,10 +110,15 @@ def bench_of(scene: Scene) -> Bench:
 
 
 @cache
+def atlas_bench(name: str) -> Bench:
+    """A scene of the atlas in the matrix's size, measured once a process."""
+    return bench_of(reduced(load_scene(f"atlas:{name}")))
+
+
+@cache
 def benches() -> tuple[Bench, ...]:
     """The scenes of the matrix, measured once a process."""
-    scenes = [reduced(load_scene(f"atlas:{name}")) for name in SCENES]
-    return tuple(bench_of(scene) for scene in (*scenes, load_scene(THIN_GAP)))
+    return (*map(atlas_bench, SCENES), bench_of(load_scene(THIN_GAP)))
 
 
 def judges(bench: Bench, mutant: Mutant) -> bool:
