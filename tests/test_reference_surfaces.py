@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -43,12 +44,20 @@ def slivers(seed: int) -> Scene:
     return scene_of(objects)
 
 
+@pytest.fixture(scope="module")
+def workers() -> Iterator[Workers]:
+    """A process in which Mitsuba starts once."""
+    with Workers(1) as pool:
+        yield pool
+
+
 @pytest.mark.parametrize("seed", range(3))
-def test_mitsubas_rounding_on_slender_triangles_is_no_alarm(seed: int, tmp_path: Path) -> None:
+def test_mitsubas_rounding_on_slender_triangles_is_no_alarm(
+    seed: int, workers: Workers, tmp_path: Path
+) -> None:
     """Its t there is up to 50 times the δ that is right for other shapes."""
     scene = slivers(seed)
-    with Workers(1) as pool:
-        outcome = pool.submit(120, render_by, MitsubaReference(), scene, tmp_path).outcome()
+    outcome = workers.submit(120, render_by, MitsubaReference(), scene, tmp_path).outcome()
     assert outcome.state == "done", outcome.output
     ((checks, _),) = judge(scene, [outcome.value], LENGTHS, None).comparisons.values()
     assert [(check.quantity, check.wrong, check.worst) for check in checks if check.wrong] == []
