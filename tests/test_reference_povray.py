@@ -140,7 +140,8 @@ def test_any_size_agrees(size: float, tmp_path: Path) -> None:
     screen = SCREEN | {"P0": [0, 0, 5 * size]}
     small = ball("glass", (0, 0.2 * size, 0), 0.6 * size)
     table = {**floor("mirror"), "vertices": (size * np.array(floor("red")["vertices"])).tolist()}
-    all_pass(scene(small, table, screen=screen), tmp_path)
+    checks = all_pass(scene(small, table, screen=screen), tmp_path)
+    assert checks["t"].compared > 300
 
 
 # planted faults
