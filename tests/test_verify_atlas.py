@@ -1,5 +1,7 @@
 """minirt against its references on the atlas: one test a scene, reference and quantity.
 
+And against exact arithmetic: one test a scene.
+
 ``pytest -k 'glass and refraction'`` runs what it says. A scene is rendered once for all its
 quantities, in a child process that stays for the whole session; what came out is kept in a file,
 which pytest-xdist's workers share. References named in ``MINIRT_REQUIRE`` must be here.
@@ -15,6 +17,7 @@ import re
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -23,13 +26,24 @@ from converters.mitsuba import camera_fault
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene, atlas_names, load_scene
 from reference.compare import Check, without_answer
+from reference.exact import Judgement
+from reference.exact.choice import SAMPLE
+from reference.exact.condition import BOUND
 from reference.isolate import Workers
 from reference.registry import REFERENCES, USUAL, choose_references
 from reference.source import Reference, Unsupported
 from reference.traceability import trace_rules
 from reference.verify import TIMEOUT, judge, render_by
 
-Verdicts = dict[str, dict[str, Check]]
+
+class Verdict(NamedTuple):
+    """The checks of one scene, by reference and quantity, and minirt before the judge."""
+
+    checks: dict[str, dict[str, Check]]
+    judgement: Judgement
+
+
+Verdicts = Callable[[str, bool], Verdict]
 
 REQUIRED = choose_references(
     name.strip() for name in os.environ.get("MINIRT_REQUIRE", "").split(",") if name.strip()
@@ -85,27 +99,27 @@ def cells() -> Iterator[object]:
 
 
 @pytest.fixture(scope="session")
-def verdicts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str, bool], Verdicts]]:
-    """The checks of a scene, full or small, by reference and quantity; made once."""
+def verdicts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Verdicts]:
+    """What is found of a scene, full or small; made once."""
     own = tmp_path_factory.getbasetemp()
     shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
     with Workers(1) as workers:
 
         @cache
-        def of(name: str, small: bool) -> Verdicts:
+        def of(name: str, small: bool) -> Verdict:
             kept = shared / f"{name}-{'small' if small else 'full'}.pickle"
             with kept.with_suffix(".lock").open("w") as lock:
                 fcntl.flock(lock, fcntl.LOCK_EX)
                 if not kept.exists():
                     found = compared(name, small, workers, tmp_path_factory.mktemp(name))
                     kept.write_bytes(pickle.dumps(found))
-            result: Verdicts = pickle.loads(kept.read_bytes())  # noqa: S301 - this file's own
+            result: Verdict = pickle.loads(kept.read_bytes())  # noqa: S301 - this file's own
             return result
 
         yield of
 
 
-def compared(name: str, small: bool, workers: Workers, folder: Path) -> Verdicts:
+def compared(name: str, small: bool, workers: Workers, folder: Path) -> Verdict:
     """Render and judge one scene, or a small picture of it with the slow variant."""
     scene = load_scene(f"atlas:{name}")
     if not small:
@@ -117,7 +131,7 @@ def compared(name: str, small: bool, workers: Workers, folder: Path) -> Verdicts
 
 def judged(
     scene: Scene, references: tuple[Reference, ...], workers: Workers, folder: Path
-) -> Verdicts:
+) -> Verdict:
     answers, checks = [], {}
     for reference in references:
         room = folder / reference.name
@@ -130,9 +144,12 @@ def judged(
         else:
             reason = f"{outcome.reason}\n{outcome.output}"
             checks[reference.name] = without_answer(NAMES, "crashed", reason)
-    comparisons = judge(scene, answers, NAMES, None).comparisons
-    checks |= {name: found for name, (found, _) in comparisons.items()}
-    return {name: {check.quantity: check for check in found} for name, found in checks.items()}
+    verdict = judge(scene, answers, NAMES, None)
+    checks |= {name: found for name, (found, _) in verdict.comparisons.items()}
+    by_quantity = {
+        name: {check.quantity: check for check in found} for name, found in checks.items()
+    }
+    return Verdict(by_quantity, verdict.judgement)
 
 
 def test_every_required_reference_is_here() -> None:
@@ -146,11 +163,9 @@ def test_a_reference_that_is_not_compared_says_what_brings_it() -> None:
 
 
 @pytest.mark.parametrize(("scene", "reference", "quantity"), list(cells()))
-def test_minirt_agrees(
-    scene: str, reference: str, quantity: str, verdicts: Callable[[str, bool], Verdicts]
-) -> None:
+def test_minirt_agrees(scene: str, reference: str, quantity: str, verdicts: Verdicts) -> None:
     small = reference == SCALAR.name and SCALAR not in USED
-    check = verdicts(scene, small)[reference][quantity]
+    check = verdicts(scene, small).checks[reference][quantity]
     if check.state == "not supported":
         assert is_documented(check), check.reason
         return
@@ -164,6 +179,24 @@ def test_minirt_agrees(
         assert check.ssim >= check.ssim_floor
     if QUANTITIES[quantity].kind == "direction" and check.worst is not None:
         assert angle(check.worst.ours, check.worst.theirs) <= largest_angle(check.worst.tolerance)
+
+
+@pytest.mark.parametrize("name", atlas_names())
+def test_minirt_has_every_answer_that_is_certain(
+    name: str, verdicts: Verdicts, record_property: Callable[[str, object], None]
+) -> None:
+    """By exact arithmetic, at a sample of the pixels and at those where references are farthest."""
+    judgement = verdicts(name, False).judgement
+    assert judgement.pixels >= SAMPLE
+    assert judgement.convictions == ()
+    for count in judgement.counts:
+        assert count.agreed == count.decided >= 0.97 * count.judged, count
+        assert count.ulps is None or count.ulps <= BOUND
+    worst = judgement.worst
+    record_property("ulps", worst and worst.ulps)
+    assert (worst is None) == (name == "nothing-hit")
+    # t errs by some half ulp of its condition in all; more would be news
+    assert worst is None or worst.ulps is None or worst.ulps < 1
 
 
 def is_documented(check: Check) -> bool:
@@ -215,13 +248,11 @@ def test_an_angle_is_told_from_the_tolerance_that_forbids_it() -> None:
     assert angle([0.0, 0.0, 1.0], tilted) < largest_angle(1.01e-5)
 
 
-def test_every_rule_is_shown_by_two_scenes_and_two_references(
-    verdicts: Callable[[str, bool], Verdicts],
-) -> None:
+def test_every_rule_is_shown_by_two_scenes_and_two_references(verdicts: Verdicts) -> None:
     passed = [
         (scene, reference, quantity)
         for scene in atlas_names()
-        for reference, checks in verdicts(scene, False).items()
+        for reference, checks in verdicts(scene, False).checks.items()
         for quantity, check in checks.items()
         if check.state == "passed" and check.compared
     ]
