@@ -20,6 +20,7 @@ from reports.fuzz_case import write_case
 from reports.history import Entry, History, read_entry
 from reports.history.difference import difference
 from reports.history.pages import compare_html
+from reports.history.text import verdict_of
 from reports.history_option import known_before
 from reports.nightly.night import Night, StepModel, write
 from reports.run import REPORTS, run_verify
@@ -84,9 +85,11 @@ def history_step(night: Night, history: History) -> StepModel:
     number = history.append(run)
     night.save(run=number)
     before = previous_run(history, run, number)
+    words = f"run {number}, the first of its series"
     if before is not None:
-        write(night.folder / "compare.html", compare_html(difference(before, run)))
-    words = f"run {number} in {history.shown}"
+        found = difference(before, history.entry(number))
+        write(night.folder / "compare.html", compare_html(found))
+        words = f"run {number}, after run {before.number}: {verdict_of(found)}"
     return StepModel(exit_status=0, sentence=words, seconds=time.perf_counter() - start)
 
 
