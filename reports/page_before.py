@@ -10,6 +10,7 @@ from reference.compare import Check
 from reference.verify import SceneResult
 from reports.before import Before, CellName, Point, Standing
 from reports.findings import checks_of, scene_state, worst_check
+from reports.history.trends import Change, changes_of
 from reports.page_cells import Cell
 from reports.words import COMPARED, count, listed, one_line, times
 
@@ -135,7 +136,7 @@ class Trend:
     one : float
         y of the tolerance.
     changed : float or None
-        x of the last run in which the state changed.
+        x of the run at which it changed last: its state, or a lasting step.
     words : str
         The same in words.
     width, height : int
@@ -157,7 +158,9 @@ def trend_of(before: Before, result: SceneResult, commit: str | None) -> Trend |
         return None
     worst = worst_check(checks_of([result]))
     ratio = None if worst is None else worst.ratio
-    now = Point(earlier[-1].run + 1, "now", commit, scene_state(result), ratio)
+    now = Point(
+        earlier[-1].run + 1, "now", commit, scene_state(result), ratio, result.scene.sha256
+    )  # fmt: skip
     points = (*earlier, now)
     step = (_WIDTH - 8) / max(1, len(points) - 1)
     places = [
@@ -165,14 +168,15 @@ def trend_of(before: Before, result: SceneResult, commit: str | None) -> Trend |
         for k, point in enumerate(points)
         if point.ratio is not None
     ]
-    turns = [k for k in range(1, len(points)) if points[k].state != points[k - 1].state]
+    changes = changes_of(points)
+    last = changes[-1] if changes else None
     path = " ".join(f"{'L' if k else 'M'}{x:.1f} {y:.1f}" for k, (x, y, _) in enumerate(places))
     return Trend(
         path=path,
         dots=tuple(places),
         one=_height(1.0),
-        changed=4 + step * turns[-1] if turns else None,
-        words=_trend_in_words(points, turns[-1] if turns else None),
+        changed=4 + step * points.index(last.after) if last else None,
+        words=_trend_in_words(points, last),
     )
 
 
@@ -183,13 +187,13 @@ def _height(ratio: float) -> float:
     return round(3 + (_HEIGHT - 6) * (1 - share), 1)
 
 
-def _trend_in_words(points: Sequence[Point], turn: int | None) -> str:
+def _trend_in_words(points: Sequence[Point], last: Change | None) -> str:
     known = [point.ratio for point in points if point.ratio is not None]
     text = f"worst error ÷ tolerance over {count(len(points), 'run')}"
     if known:
         text += f": from {times(known[0])} to {times(known[-1])}"
-    if turn is not None:
-        commit = points[turn].commit
-        at = f"commit {commit[:10]}" if commit else points[turn].started
-        text += f"; {points[turn].state} since {at}"
+    if last is not None:
+        at = f"commit {last.after.commit[:10]}" if last.after.commit else last.after.started
+        turned = last.before.state != last.after.state
+        text += f"; {last.after.state if turned else last.what} since {at}"
     return text

@@ -94,3 +94,18 @@ def test_the_page_shows_arrows_news_and_trends() -> None:
 
 def test_a_trend_without_earlier_runs_is_none() -> None:
     assert trend_of(before(), good_run().results[0], None) is None
+
+
+def test_a_lasting_step_is_marked_as_a_change() -> None:
+    (result, *_) = good_run().results
+    sha = result.scene.sha256
+    ratios = [0.9] * 4 + [0.0] * 4
+    points = tuple(
+        Point(k, f"2026-11-{k:02}", f"{k:040x}", "passed", ratio, sha)
+        for k, ratio in enumerate(ratios, start=1)
+    )
+    known = Before(LAST, {}, {}, {result.scene.name: points})
+    trend = trend_of(known, result, None)
+    assert trend is not None
+    assert trend.words.endswith("; worst ratio 0.90× → <0.01× since commit 0000000000")
+    assert trend.changed == pytest.approx(trend.dots[4][0])

@@ -24,6 +24,9 @@ from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, t
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
 from reports.history.tables import answers, cells, runs, scenes
 
+#: Newest runs of a scene that a run is told of.
+MOST_POINTS = 60
+
 
 class History:
     """A database of runs. Use as a context manager, or call `close`.
@@ -180,7 +183,7 @@ class History:
             return Before(None, {}, {}, {})
         last = self.entry(number)
         real = {kept_name(name): name for name, _ in wanted}
-        found = self.trends(real, series)
+        found = self.trends(real, series, MOST_POINTS)
         return Before(
             last=Point(number, last.started, last.commit, last.outcome, None),
             cells={
