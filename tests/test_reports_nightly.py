@@ -108,7 +108,7 @@ def test_a_night_leaves_everything_in_its_place(
     tried: list[str], night: Night, tmp_path: Path
 ) -> None:
     assert night("--budget", "90s") == 0
-    assert tried == ["verify", "fuzz 60", "fuzz 30", "mutants all"]
+    assert tried == ["mutants all", "verify", "fuzz 60", "fuzz 30"]
     out = tmp_path / "out"
     assert {path.name for path in out.iterdir() if path.is_file()} == {
         "index.html", "summary.md", "history.sqlite", ".lock",
@@ -119,12 +119,12 @@ def test_a_night_leaves_everything_in_its_place(
         "night.json", "night.md", ".lock",
     }  # fmt: skip
     note = json.loads((folder / "night.json").read_text(encoding="utf-8"))
-    assert list(note["steps"]) == ["verify", "history", "fuzz", "mutants"]
+    assert list(note["steps"]) == ["mutants", "verify", "history", "fuzz"]
     hunted = json.loads((folder / "fuzz" / "fuzz.json").read_text(encoding="utf-8"))
     assert [r["seed"] for r in hunted["rounds"]] == [note["seed"], (note["seed"] + 1) % 2**32]
     assert (hunted["scenes"], hunted["exit_status"]) == (6, 0)
     assert (out / "summary.md").read_bytes() == (folder / "night.md").read_bytes()
-    assert "PASS: verify, history, fuzz, mutants all passed" in (out / "summary.md").read_text()
+    assert "PASS: mutants, verify, history, fuzz all passed" in (out / "summary.md").read_text()
 
 
 def test_a_fault_in_the_second_night_is_a_change_with_its_two_commits(
@@ -160,26 +160,22 @@ def test_a_night_of_nothing_new_says_so(tried: list[str], night: Night, tmp_path
 
 
 def test_a_night_that_was_interrupted_goes_on_with_what_is_missing(
-    tried: list[str], night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tried: list[str], night: Night, tmp_path: Path
 ) -> None:
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(steps, "run_mutants", interrupt)
-        assert night("--budget", "90s") == 130
+    assert night("--budget", "90s") == 0
     folder = only(tmp_path / "out")
     seed = json.loads((folder / "night.json").read_text(encoding="utf-8"))["seed"]
     hunted = folder / "fuzz" / "fuzz.json"
     first = json.loads(hunted.read_text(encoding="utf-8"))["rounds"][:1]
     hunted.write_text(json.dumps({"rounds": first}), encoding="utf-8")
+    note = json.loads((folder / "night.json").read_text(encoding="utf-8"))
+    note["finished"] = None
     for lost in ("fuzz", "history", "verify"):  # as if it had been killed before it was noted
-        note = json.loads((folder / "night.json").read_text(encoding="utf-8"))
         del note["steps"][lost]
-        (folder / "night.json").write_text(json.dumps(note), encoding="utf-8")
+    (folder / "night.json").write_text(json.dumps(note), encoding="utf-8")
     tried.clear()
     assert night("--budget", "90s") == 0
-    assert tried == ["fuzz 30", "mutants all"]
+    assert tried == ["fuzz 30"]
     assert only(tmp_path / "out") == folder
     rounds = json.loads(hunted.read_text(encoding="utf-8"))["rounds"]
     assert [each["seed"] for each in rounds] == [seed, (seed + 1) % 2**32]
@@ -193,11 +189,11 @@ def test_a_night_that_was_interrupted_goes_on_with_what_is_missing(
 def test_another_question_is_another_night(
     other: str, tried: list[str], night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupt(*_: object) -> None:
+    def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(steps, "run_mutants", interrupt)
+        patch.setattr(steps, "hunt", interrupt)
         assert night() == 130
     if other == "age":
         path = only(tmp_path / "out") / "night.json"
@@ -222,11 +218,11 @@ time.sleep(60)
 def test_a_night_at_work_is_left_alone_until_it_is_killed(
     tried: list[str], night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupt(*_: object) -> None:
+    def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(steps, "run_mutants", interrupt)
+        patch.setattr(steps, "hunt", interrupt)
         night()
     working = only(tmp_path / "out")
     command = [sys.executable, "-c", HOLD, str(working / ".lock")]
@@ -238,7 +234,7 @@ def test_a_night_at_work_is_left_alone_until_it_is_killed(
         holder.kill()
     tried.clear()
     assert night() == 0
-    assert tried == ["mutants all"]
+    assert tried == ["fuzz 60"] * 20
     assert len(names(tmp_path / "out")) == 2
 
 
@@ -299,7 +295,7 @@ def test_a_step_that_breaks_down_costs_itself(
 
     monkeypatch.setattr(steps, "hunt", broken)
     assert night() == 3
-    assert tried == ["verify", "mutants all"]
+    assert tried == ["mutants all", "verify"]
     text = (tmp_path / "out" / "summary.md").read_text(encoding="utf-8")
     assert "INCOMPLETE: fuzz: a mistake in minirt: RuntimeError: out of luck" in text
 
@@ -326,7 +322,7 @@ def test_json_is_one_document(
     assert night("--json", "--mutants", "far-root") == 0
     document = json.loads(capsys.readouterr().out)
     assert (document["exit_status"], document["run"]) == (0, 1)
-    assert tried[-1] == "mutants far-root"
+    assert tried[0] == "mutants far-root"
 
 
 @pytest.mark.parametrize(
@@ -383,7 +379,10 @@ def test_a_night_that_was_killed_goes_on(
         "--out",
         "out",
     ]
-    code = "from reports.cli import main; main()"
+    code = (
+        "from reports.cli import main; from reports.nightly import steps; steps.mutants_step = "
+        "lambda *_: steps.StepModel(exit_status=0, sentence='', seconds=0); main()"
+    )
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words], start_new_session=True,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -399,7 +398,7 @@ def test_a_night_that_was_killed_goes_on(
         os.killpg(process.pid, signal.SIGKILL)  # its workers
     before = (only(tmp_path / "out") / "results.json").read_bytes()
     assert run(words) == 0
-    assert tried == ["fuzz 60"] * 10 + ["mutants all"]
+    assert tried == ["fuzz 60"] * 10
     assert (only(tmp_path / "out") / "results.json").read_bytes() == before
 
 

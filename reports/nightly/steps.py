@@ -22,6 +22,7 @@ from reports.history.difference import difference
 from reports.history.pages import compare_html
 from reports.history.text import verdict_of
 from reports.history_option import known_before
+from reports.kills import read_kills
 from reports.nightly.night import Night, StepModel, write
 from reports.run import REPORTS, run_verify
 from reports.words import count, one_line, share
@@ -66,13 +67,15 @@ class Job:
 
 
 def verify_step(night: Night, job: Job, history: History, tell: Progress) -> StepModel:
-    """Compare minirt with its references; the reports; the run in the history."""
+    """Compare minirt with its references; the reports, which show the mutants too."""
+    kills = night.folder / "mutants.json"
     if not all((night.folder / name).exists() for name in REPORTS):
         done = iter(range(1, len(job.scenes) + 1))
         run_verify(
             job.scenes, job.references, night.folder, job.jobs, job.required,
             lambda _, total: tell("verify", next(done), total), timeout=job.timeout,
             before=known_before(history, job.scenes, job.references),
+            mutants=read_kills(kills) if kills.exists() else None,
         )  # fmt: skip
     run = read_entry(night.folder)
     return StepModel(exit_status=run.exit_status, sentence=run.sentence, seconds=run.seconds)
@@ -138,10 +141,10 @@ def mutants_step(night: Night, job: Job) -> StepModel:
 def take(night: Night, job: Job, history: History, tell: Progress) -> None:
     """Do every step that is not done yet. One that breaks down costs itself and no other."""
     steps: dict[str, Callable[[], StepModel]] = {
+        "mutants": lambda: mutants_step(night, job),
         "verify": lambda: verify_step(night, job, history, tell),
         "history": lambda: history_step(night, history),
         "fuzz": lambda: fuzz_step(night, job, tell),
-        "mutants": lambda: mutants_step(night, job),
     }
     for name, step in steps.items():
         if name not in night.note.steps:
