@@ -15,6 +15,10 @@ from pathlib import Path
 
 from reports.history import Entry, History
 
+#: Processes that have imported what a history needs before they begin.
+READY = multiprocessing.get_context("forkserver")
+READY.set_forkserver_preload(["reports.history"])
+
 
 def append_many(
     target: str,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,7 +11,7 @@ from pathlib import Path
 import pytest
 from fake_references import HOSTILE
 from history_runs import document, entry, sorted_cells, whole, with_cell
-from history_writers import append_many
+from history_writers import READY, append_many
 from postgres_server import PASSWORD, Server, running
 from report_runs import empty_run, good_run, troubled_run
 
@@ -21,8 +20,6 @@ from reports.before import Point, Standing
 from reports.history import History, entry_of, read_entry
 from reports.record import results_document, results_json
 from reports.words import plain
-
-SPAWN = multiprocessing.get_context("spawn")
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +140,8 @@ def test_a_hostile_name_is_found_again_under_its_own(target: str) -> None:
 
 def test_two_that_begin_and_write_at_once_lose_nothing(target: str) -> None:
     digests = [[f"{k}-{mark}" for mark in range(25)] for k in range(2)]
-    gate = SPAWN.Barrier(2)
-    writers = [SPAWN.Process(target=append_many, args=(target, entry(), d, gate)) for d in digests]
+    gate = READY.Barrier(2)
+    writers = [READY.Process(target=append_many, args=(target, entry(), d, gate)) for d in digests]
     for writer in writers:
         writer.start()
     for writer in writers:

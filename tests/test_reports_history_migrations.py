@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import shutil
 import sqlite3
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from history_runs import entry, whole
-from history_writers import append_many
+from history_writers import READY, append_many
 from postgres_server import Server, running
 from sqlalchemy import inspect
 
@@ -22,8 +21,6 @@ from reports.history import History
 from reports.history.migrate import bring_up_to_date
 from reports.history.place import engine_of, place_of
 from reports.history.tables import VERSION_TABLE, metadata
-
-SPAWN = multiprocessing.get_context("spawn")
 
 #: A step that a later version might take: a column with what earlier rows have in it.
 NEXT = """
@@ -112,9 +109,9 @@ def test_a_step_that_fails_leaves_everything_as_it_was(target: str, steps: Path)
 
 
 def test_three_that_start_at_once_make_the_tables_once(target: str) -> None:
-    gate = SPAWN.Barrier(3)
+    gate = READY.Barrier(3)
     starters = [
-        SPAWN.Process(target=append_many, args=(target, entry(), [str(k)], gate)) for k in range(3)
+        READY.Process(target=append_many, args=(target, entry(), [str(k)], gate)) for k in range(3)
     ]
     for starter in starters:
         starter.start()

@@ -71,6 +71,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return [honest, Kill("far-root", "S8", "", "t", 12, ("ball",), nothing | {"t": 7})]
 
     monkeypatch.setattr(steps, "run_verify", verify)
+    monkeypatch.setitem(runs.REPORTS, "report.html", lambda _: "<title>a page</title>")
     monkeypatch.setattr(steps, "hunt", hunt)
     monkeypatch.setattr(steps, "run_mutants", mutants)
     monkeypatch.setattr("reference.mutants.floor.sensitivity_floor", lambda: Floor(1, 1, 1, 1))
