@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import TimeoutError as JobTimeout
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
+from multiprocessing.context import BaseContext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, NoReturn
@@ -22,6 +24,8 @@ from reference.processes import SET_PDEATHSIG, prctl
 
 #: The status of a process that its job ended with status 0.
 _SILENT = 240
+#: Packages of which a new process has what the starting one has.
+_OURS = frozenset(("minirt", "converters", "reference", "reports"))
 #: Bytes of a job's last output that are kept for the report.
 _TAIL = 4000
 
@@ -63,9 +67,7 @@ class Workers:
 
     def __enter__(self) -> Workers:
         self._logs = TemporaryDirectory(prefix="minirt-")
-        self._pool = ProcessPool(
-            max_workers=self._count, context=multiprocessing.get_context("spawn")
-        )
+        self._pool = ProcessPool(max_workers=self._count, context=_context())
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -76,7 +78,8 @@ class Workers:
     def submit(self, timeout: float | None, job: Callable[..., Any], *args: Any) -> Job:
         """Run ``job(*args)`` in a child, for at most `timeout` seconds."""
         log = Path(self._logs.name) / f"{next(self._numbers)}.log"
-        future = self._pool.schedule(_run, args=[str(log), job, args], timeout=timeout)
+        given = [str(log), dict(os.environ), job, args]
+        future = self._pool.schedule(_run, args=given, timeout=timeout)
         return Job(future, log, timeout)
 
 
@@ -114,7 +117,23 @@ def _death(exitcode: int | None) -> str:
     return f"the process ended with status {0 if exitcode == _SILENT else exitcode}"
 
 
-def _run(log: str, job: Callable[..., Any], args: tuple[Any, ...]) -> Any:
+@cache
+def _context() -> BaseContext:
+    """Processes forked from one that has imported what of ours this one has, and nothing else.
+
+    It has run no job, holds no renderer's library and has no threads: its forks start as clean as
+    new interpreters, in a twentieth of their time.
+    """
+    ours = [name for name in sys.modules if name.partition(".")[0] in _OURS]
+    multiprocessing.set_forkserver_preload([*ours, "reference.ends_with_starter"])
+    return multiprocessing.get_context("forkserver")
+
+
+def _run(
+    log: str, environment: dict[str, str], job: Callable[..., Any], args: tuple[Any, ...]
+) -> Any:
+    os.environ.clear()
+    os.environ.update(environment)
     prctl(SET_PDEATHSIG, signal.SIGKILL)  # nobody is left to hear an answer
     with _output_into(log), _no_silent_exit():
         try:
