@@ -34,7 +34,7 @@ def nightly(
     require: RequireOption = "",
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where all nights go.")
-    ] = Path("nightly"),
+    ] = Path("nights"),
     budget: Annotated[
         str, typer.Option(metavar="TIME", help="For random scenes, with a new seed: 90s, 20m, 2h.")
     ] = "20m",
