@@ -41,7 +41,7 @@ lock: $(READY)  ## resolve pyproject.toml anew into requirements.lock
 	    --no-emit-index-url --no-emit-find-links --custom-compile-command 'make lock' \
 	    --output-file requirements.lock pyproject.toml
 
-clean:  ## remove .venv, the report and every cache
+clean:  ## remove .venv, the report with its history, and every cache
 	rm -rf $(VENV) $(REPORT) build dist *.egg-info .hypothesis .*_cache
 	find minirt converters reference reports tests -name __pycache__ -prune -exec rm -rf {} +
 
