@@ -10,7 +10,6 @@ import sys
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
-from itertools import takewhile
 from typing import Annotated
 
 import typer
@@ -125,11 +124,20 @@ def _misused(error: typer.TyperException, arguments: Sequence[str], as_json: boo
     if text.startswith("Usage:"):  # nothing was asked for
         typer.echo(text, err=True)
         return error.exit_code
-    known = {entry.callback.__name__ for entry in app.registered_commands if entry.callback}
-    if list(arguments[:1]) == ["report"]:
-        known = {"report", "compare", "history", "record"}
-    path = " ".join(["minirt", *takewhile(known.__contains__, arguments[:2])])
-    return _say(text, {"what": text}, f"'{path} --help' shows how", error.exit_code, as_json)
+    hint = f"'{_command_path(arguments)} --help' shows how"
+    return _say(text, {"what": text}, hint, error.exit_code, as_json)
+
+
+def _command_path(arguments: Sequence[str]) -> str:
+    """The words that name the command, as far as there is one."""
+    path, here = ["minirt"], typer.main.get_command(app)
+    for word in arguments:
+        below = getattr(here, "commands", {})
+        if word not in below:
+            break
+        path.append(word)
+        here = below[word]
+    return " ".join(path)
 
 
 def _failed(error: Exception, as_json: bool) -> int:
