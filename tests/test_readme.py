@@ -54,7 +54,7 @@ def test_the_commands_run_in_their_order(tmp_path: Path) -> None:
 def test_the_commands_are_all_there() -> None:
     assert {c.split()[1] for c in COMMANDS} == {
         "render", "explain", "verify", "report", "gate", "mutants", "fuzz", "export", "scenes",
-        "rules", "doctor",
+        "rules", "doctor", "pack", "exercises",
     }  # fmt: skip
 
 

@@ -39,6 +39,7 @@ COMMANDS = (
     "rules",
     "mutants",
     "nightly",
+    "exercises",
     "doctor",
 )
 #: The command as a child process, where a stream of its own is what is tested.
