@@ -51,7 +51,7 @@ for command, example in (
     (rules, "rules"),
     (mutants, "mutants --only no-half-pixel,far-root"),
     (exercises, "exercises --generate 7"),
-    (nightly, "nightly atlas:one-sphere --reference embree --budget 5s --mutants far-root"),
+    (nightly, "nightly --out nights --budget 20m --keep 30"),
     (doctor, "doctor"),
 ):
     app.command(epilog=f"Example: minirt {example}")(command)

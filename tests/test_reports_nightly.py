@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -315,6 +317,22 @@ def test_a_hunt_that_proves_nothing_is_no_good_night(
 ) -> None:
     monkeypatch.setattr(steps, "hunt", lambda *_, **__: found)
     assert night("--budget", "90s") == status
+
+
+def test_the_example_in_the_help_runs(
+    tried: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MINIRT_HISTORY", raising=False)
+    assert run(["nightly", "--help"]) == 0
+    (example,) = re.findall(r"Example: minirt (.*)", capsys.readouterr().out)
+    words = [*shlex.split(example), "atlas:one-triangle", "--reference", "embree"]
+    assert run(words) == 0
+    assert tried == ["mutants all", "verify", *["fuzz 60"] * 20]
+    assert (tmp_path / "nights" / "index.html").is_file()
 
 
 def test_json_is_one_document(
