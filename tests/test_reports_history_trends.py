@@ -37,7 +37,7 @@ def test_a_constant_trend_has_no_change(ratios: list[float | None]) -> None:
 @pytest.mark.parametrize("spread", [0.01, 0.1, 0.5])
 @pytest.mark.parametrize("length", [2 * LEAST, 10, 30, 90])
 def test_noise_is_hardly_ever_taken_for_a_change(spread: float, length: int) -> None:
-    runs = 300
+    runs = 150
     alarms = sum(
         bool(changes_of(trend(list(0.4 * np.exp(RNG.normal(0, spread, length))))))
         for _ in range(runs)

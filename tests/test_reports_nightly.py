@@ -73,7 +73,8 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return [honest, Kill("far-root", "S8", "", "t", 12, ("ball",), nothing | {"t": 7})]
 
     monkeypatch.setattr(steps, "run_verify", verify)
-    monkeypatch.setitem(runs.REPORTS, "report.html", lambda _: "<title>a page</title>")
+    for name in set(runs.REPORTS) - {"results.json"}:
+        monkeypatch.setitem(runs.REPORTS, name, lambda _: "a report\n")
     monkeypatch.setattr(steps, "hunt", hunt)
     monkeypatch.setattr(steps, "run_mutants", mutants)
     monkeypatch.setattr("reference.mutants.floor.sensitivity_floor", lambda: Floor(1, 1, 1, 1))
