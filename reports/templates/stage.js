@@ -13,7 +13,8 @@ function chosen() {
     ?? scene?.references.find((each) => each.full) ?? scene?.references[0];
   const names = reference ? Object.keys(reference.quantities) : [];
   const name = names.includes(state.q) ? state.q
-    : names.find((each) => reference.quantities[each].state === "failed") ?? names[0];
+    : names.find((each) => reference.quantities[each].state === "failed")
+      ?? ["color", "normal", "depth"].find((each) => names.includes(each)) ?? names[0];
   return { scene, reference, name };
 }
 
