@@ -19,7 +19,6 @@ from reports.coverage import (
     not_compared,
     rule_coverage,
 )
-from reports.digest import Seen
 from reports.findings import (
     SceneState,
     counts,
@@ -35,7 +34,7 @@ from reports.page_cells import (
     kind,
     stage_columns,
 )
-from reports.page_data import Pool, page_data
+from reports.page_data import Pool, has_pictures, page_data
 from reports.page_scene import against, look_at, names_of, scene_entry
 from reports.page_template import template
 from reports.record import Run, programs
@@ -78,7 +77,7 @@ def report_html(run: Run) -> str:
         scenes=scenes,
         data=page_data(run, sections, pool),
         script=[f"{part}.js" for part in _SCRIPT],
-        compared=any(isinstance(a.digest, Seen) for r in run.results for a in r.references),
+        compared=any(has_pictures(a) for r in run.results for a in r.references),
         filters=_filters(run),
         before=[] if run.before is None else before_in_words(run.before, run.results),
         stage_names=list(STAGES),

@@ -93,6 +93,11 @@ def page_data(run: Run, ordered: Iterable[tuple[str, SceneResult]], pool: Pool) 
     return inside_script(document)
 
 
+def has_pictures(answer: ReferenceResult) -> bool:
+    """Whether there is anything of a reference to look at."""
+    return isinstance(answer.digest, Seen) and bool(answer.digest.pictures)
+
+
 def inside_script(document: Any) -> str:
     """JSON that no browser takes for the end of a script element or for a comment."""
     return json.dumps(_plain(document), allow_nan=False, separators=(",", ":")).replace(
@@ -143,7 +148,7 @@ def _plain(value: Any) -> Any:
 
 def _scene(run: Run, section: str, result: SceneResult, pool: Pool) -> dict[str, Any]:
     scene = result.scene
-    seen = [(a, a.digest) for a in result.references if isinstance(a.digest, Seen)]
+    seen = [(a, a.digest) for a in result.references if has_pictures(a)]
     stories: dict[Pixel, str] = {}
     for _, digest in seen:
         stories |= digest.close.stories

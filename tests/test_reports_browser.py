@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -13,7 +13,7 @@ from axe_playwright_python.sync_playwright import Axe
 from browser import Tab, chromium, tab
 from fake_references import HOSTILE, NX, NY, Coarse, Faulty, Honest, OnePixel, small_scene
 from playwright.sync_api import Browser
-from report_runs import run_of
+from report_runs import empty_run, good_run, run_of, troubled_run
 
 from converters.frames import write_frame
 from minirt.frame import Array
@@ -417,6 +417,30 @@ def test_typing_into_the_filter_is_no_command(opened: Tab) -> None:
     opened.page.keyboard.type("s12")
     assert opened.state()["f"] == "s12"
     assert "m" not in opened.state()
+
+
+@pytest.mark.parametrize("which", [good_run, troubled_run, empty_run])
+def test_no_run_breaks_the_script(
+    which: Callable[[], Run], browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "report.html"
+    path.write_text(report_html(which()), encoding="utf-8")
+    with tab(browser, path) as shown:
+        for reference in shown.page.locator("#stage-reference option").all_inner_texts():
+            shown.page.select_option("#stage-reference", label=reference)
+            shown.settle()
+            assert shown.page.input_value("#stage-reference") in reference
+        assert shown.errors == []
+
+
+def test_commands_and_tests_can_be_copied(opened: Tab) -> None:
+    opened.change(r="faulty", q="shadow", p="20,20")
+    button = opened.page.get_by_role("button", name="copy as a test")
+    button.click()
+    opened.page.get_by_role("button", name="copied").wait_for()
+    opened.page.focus("#filter")
+    opened.page.keyboard.press("Control+V")
+    assert "def test_ball_faulty_at_20_20()" in opened.page.input_value("#filter")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

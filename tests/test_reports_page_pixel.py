@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from browser import chromium, tab
 from fake_references import HOSTILE, Faulty, Honest, small_scene
 
@@ -16,6 +17,7 @@ from reports.cli import run
 from reports.page_pixel import pixel_html, write_pixel_page
 from reports.second_opinion import second_opinion
 
+BAD = ("serious", "critical")
 COMMAND = ["minirt", "explain", "ball.json", "--pixel", "21", "25"]
 
 
@@ -58,6 +60,8 @@ def test_a_pixel_that_hits_nothing_and_a_hostile_name(tmp_path: Path) -> None:
         assert "Nothing is hit" in shown.page.inner_text("h1")
         assert shown.page.locator("img").count() == 0
         assert shown.page.locator("#space-table tr").count() > 5
+        found = Axe().run(shown.page).response
+        assert [v["id"] for v in found["violations"] if v["impact"] in BAD] == []
         assert shown.errors == []
         assert shown.requests == [path.as_uri()]
 
