@@ -1,7 +1,7 @@
 """What the page's inspector shows of one scene against one reference, made where the arrays are.
 
-A reference that fails on a scene leaves its arrays and minirt's, as exact as there is room for,
-and explanations of its worst pixels; one that passes leaves explanations of a few typical pixels.
+A reference that fails on a scene leaves its arrays and minirt's, rounded and exact, and
+explanations of its worst pixels; one that passes leaves explanations of a few typical pixels.
 """
 
 from __future__ import annotations
@@ -68,8 +68,9 @@ class CloseUp:
 
     Attributes
     ----------
-    arrays : dict of str to Kept
-        By quantity; empty where nothing fails.
+    arrays, exact : dict of str to Kept
+        By quantity, what fails first first; empty where nothing fails. `exact` has float64 where
+        `arrays` is rounded: it takes up to four times the room.
     first_stage : Packed or None
         Number of the first wrong stage; None where nothing fails.
     clusters : tuple of Cluster
@@ -86,6 +87,7 @@ class CloseUp:
     """
 
     arrays: dict[str, Kept] = field(default_factory=dict)
+    exact: dict[str, Kept] = field(default_factory=dict)
     first_stage: Packed | None = None
     clusters: tuple[Cluster, ...] = ()
     clustered: int = 0
@@ -108,7 +110,7 @@ def close_up_of(evidence: Evidence) -> CloseUp:
         return CloseUp(rows=rows, stories=stories, spreads=spreads)
     clusters = clusters_of(comparison.first_stage, ratios)
     return CloseUp(
-        arrays=_kept(evidence),
+        **_kept(evidence),
         first_stage=pack(comparison.first_stage),
         clusters=clusters[:MOST],
         clustered=len(clusters),
@@ -157,19 +159,19 @@ def typical_pixels(frame: Frame) -> tuple[Pixel, ...]:
     return tuple(chosen)
 
 
-def _kept(evidence: Evidence) -> dict[str, Kept]:
-    """Arrays by quantity: all as float32, as long as there is room; then exactly what fails."""
-    order = _by_weight(evidence)
-    kept: dict[str, Kept] = {}
+def _kept(evidence: Evidence) -> dict[str, dict[str, Kept]]:
+    """Arrays of all quantities as float32, as long as there is room; and what is exact instead."""
+    arrays: dict[str, Kept] = {}
+    exact: dict[str, Kept] = {}
     room = ROOM
-    for rounded in (True, False):
-        for name in order:
-            each = _keep(name, evidence, rounded)
-            more = each.size - (kept[name].size if name in kept else 0)
-            if more <= room:
-                kept[name] = each
-                room -= more
-    return kept
+    for name in _by_weight(evidence):
+        each = _keep(name, evidence, True)
+        if each.size <= room:
+            arrays[name] = each
+            room -= each.size
+            if not (each.ours.exact and each.theirs.exact):
+                exact[name] = _keep(name, evidence, False)
+    return {"arrays": arrays, "exact": exact}
 
 
 def _by_weight(evidence: Evidence) -> list[str]:

@@ -31,6 +31,7 @@ from reports.findings import answer_state, scene_state
 from reports.json_model import spelled
 from reports.legends import legend_of
 from reports.page_cells import CAUSAL
+from reports.page_room import arrays_within
 from reports.record import Run
 from reports.rerun import ready_test, rerun_command
 from reports.rule_names import RULE_NAMES
@@ -38,8 +39,7 @@ from reports.second_opinion import Row, SecondOpinion
 from reports.space import surroundings
 from reports.words import figure, plain
 
-#: Bytes of all arrays of a page, before base64 adds a third: with them it stays below 25 MB.
-ROOM = 15_500_000
+Arrays = dict[str, Kept]
 
 
 @dataclass
@@ -50,13 +50,10 @@ class Pool:
     ----------
     pictures, blobs : dict of bytes to str
         Their names.
-    room : int
-        Bytes that are left for arrays.
     """
 
     pictures: dict[bytes, str] = field(default_factory=dict)
     blobs: dict[bytes, str] = field(default_factory=dict)
-    room: int = ROOM
 
     def name(self, png: bytes) -> str:
         """The CSS class that shows a picture."""
@@ -86,11 +83,13 @@ def page_data(run: Run, ordered: Iterable[tuple[str, SceneResult]], pool: Pool) 
     pool : Pool
         Arrays are put into it.
     """
-    document = {
-        **constants(),
-        "scenes": [_scene(run, section, result, pool) for section, result in ordered],
-    }
-    return inside_script(document)
+    given = [(section, result, _answers(result)) for section, result in ordered]
+    arrays = iter(arrays_within([a.digest.close for _, _, answers in given for a in answers]))
+    scenes = [
+        _scene(run, section, result, [(a, next(arrays)) for a in answers], pool)
+        for section, result, answers in given
+    ]
+    return inside_script({**constants(), "scenes": scenes})
 
 
 def has_pictures(answer: ReferenceResult) -> bool:
@@ -146,12 +145,18 @@ def _plain(value: Any) -> Any:
     return spelled(value)
 
 
-def _scene(run: Run, section: str, result: SceneResult, pool: Pool) -> dict[str, Any]:
+def _answers(result: SceneResult) -> list[ReferenceResult]:
+    return [answer for answer in result.references if has_pictures(answer)]
+
+
+def _scene(
+    run: Run, section: str, result: SceneResult, seen: list[tuple[ReferenceResult, Arrays]],
+    pool: Pool,
+) -> dict[str, Any]:  # fmt: skip
     scene = result.scene
-    seen = [(a, a.digest) for a in result.references if has_pictures(a)]
     stories: dict[Pixel, str] = {}
-    for _, digest in seen:
-        stories |= digest.close.stories
+    for answer, _ in seen:
+        stories |= answer.digest.close.stories
     return {
         "id": section,
         "name": scene.name,
@@ -161,8 +166,8 @@ def _scene(run: Run, section: str, result: SceneResult, pool: Pool) -> dict[str,
         "command": rerun_command(run, scene),
         "objects": [thing.name for thing in scene.objects],
         "pixels": [list(pixel) for pixel in stories],
-        "more": pool.blob(_more(result, [(a, d.close) for a, d in seen], stories)),
-        "references": [_reference(run, result, a, digest, pool) for a, digest in seen],
+        "more": pool.blob(_more(result, [(a, a.digest.close) for a, _ in seen], stories)),
+        "references": [_reference(run, result, a, arrays, pool) for a, arrays in seen],
     }
 
 
@@ -199,12 +204,10 @@ def _key(pixel: Pixel) -> str:
 
 
 def _reference(
-    run: Run, result: SceneResult, answer: ReferenceResult, seen: Seen, pool: Pool
+    run: Run, result: SceneResult, answer: ReferenceResult, arrays: Arrays, pool: Pool
 ) -> dict[str, Any]:
+    seen: Seen = answer.digest
     close = seen.close
-    size = sum(kept.size for kept in close.arrays.values())
-    fits = size <= pool.room
-    pool.room -= size if fits else 0
     checks = {check.quantity: check for check in answer.checks}
     return {
         "name": answer.reference,
@@ -217,16 +220,14 @@ def _reference(
                 "figure": figure(checks[name]),
                 "spread": close.spreads[name],
                 "picture": _picture(pictures, pool),
-                "arrays": _arrays(close.arrays[name], pool)
-                if fits and name in close.arrays
-                else None,
+                "arrays": _arrays(arrays[name], pool) if name in arrays else None,
             }
             for name, pictures in sorted(
                 seen.pictures.items(), key=lambda item: CAUSAL.index(item[0])
             )
         },
-        "full": bool(close.arrays) and fits,
-        "first": _packed(close.first_stage, pool) if close.first_stage and fits else None,
+        "full": bool(arrays),
+        "first": _packed(close.first_stage, pool) if close.first_stage and arrays else None,
         "clusters": [vars(cluster) for cluster in close.clusters],
         "clustered": close.clustered,
         "worst": [vars(each) for each in close.worst],

@@ -20,7 +20,7 @@ function valuesAt(name, rows, found, index) {
 function vectorCell(values, digits, name) {
   const whole = data.quantities[name].discrete;
   const words = values.map((v) => (whole ? String(Number(v)) : spelled(v, digits)));
-  return element("td", { className: "num" }, ...words.map((word) => element("span", {}, `${digits ? "≈ " : ""}${word}`)));
+  return element("td", { className: "num" }, ...words.map((word) => element("span", {}, `${digits && /[0-9]/.test(word) ? "≈ " : ""}${word}`)));
 }
 
 function verdictCell(name, ratio) {
