@@ -108,6 +108,14 @@ def test_the_verdict_and_the_counts_are_on_the_first_screen(opened: Tab) -> None
     assert page.inner_text("#shown") == "3 of 3 scenes shown"
 
 
+def test_without_a_browser_the_tests_fail_and_say_what_brings_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(pytest.fail.Exception, match="system-packages PYTHON test"), chromium():
+        pass
+
+
 def test_filter_chips_and_order_choose_what_is_shown(opened: Tab) -> None:
     page = opened.page
 
