@@ -5,7 +5,5 @@ addEventListener("hashchange", readState);
 readState();
 if (sections.length) openSections();
 hint();
-if (canvas) {
-  showStage();
-}
-document.documentElement.dataset.ready = "yes";
+if (canvas) showStage();
+document.documentElement.dataset.ready = `after ${Math.round(performance.now())} ms`;
