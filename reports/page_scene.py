@@ -79,7 +79,7 @@ def scene_entry(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict
         "quantities": _quantities(result, section, pool),
         "silent": _not_compared(result),
         "judgement": result.judgement and _judgement(result.judgement),
-        "quorum": [(q, _agreement(q, pool)) for q in result.quorum if q.sources],
+        "quorum": [(q, _agreement(q, pool)) for q in result.quorum if len(q.sources) > 1],
         "sources": max((len(q.sources) for q in result.quorum), default=0),
         "seconds": result.seconds,
         "memory": result.peak_memory / 2**20,
@@ -171,7 +171,9 @@ def _answer(answer: ReferenceResult) -> dict[str, Any]:
 
 def _diagnosis(answer: ReferenceResult) -> str:
     named = [each.sentence for each in answer.diagnosis or ()]
-    return "; or it ".join(named) or "none of the known mistakes explains it"
+    if not named:
+        return f"none of the known mistakes explains what {answer.reference} gives"
+    return f"{answer.reference} {'; or it '.join(named)}"
 
 
 def _errors(declared: Declared) -> list[tuple[str, str]]:
