@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from converters.placement import IDENTITY, Placement, reach
 from minirt.errors import InputError
 from minirt.geometry import Geometry
 from minirt.quantities import QUANTITIES
@@ -69,7 +70,9 @@ class Claim:
     handed: Precision = "float64"
 
 
-def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
+def declared(
+    scene: Scene, claim: Claim, most: float | None = None, placement: Placement = IDENTITY
+) -> Declared:
     """The bounds that follow from a claim on one scene.
 
     Parameters
@@ -78,6 +81,8 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
     claim : Claim
     most : float, optional
         The largest δ, in scene units, that whoever judges allows.
+    placement : Placement
+        Where the scene stands in the coordinates that are computed and handed over in.
 
     Raises
     ------
@@ -86,7 +91,8 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
     """
     _require_lengths(delta=claim.delta, start=claim.start, max_delta=most)
     u = ROUNDING[_COMPUTED[claim.precision]]
-    delta = _delta(scene, u) if claim.delta is None else claim.delta
+    R = reach(scene, placement) / placement.scale
+    delta = _delta(scene, u, R) if claim.delta is None else claim.delta
     if most is not None and delta > most:
         raise InputError(
             "the declared error is wider than allowed",
@@ -94,7 +100,7 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
             got=f"δ = {delta:.3g} scene units",
             expected=f"at most {most:.3g}",
         )
-    vertex, angle = math.sqrt(3) * u * _reach(scene), _STEPS * u
+    vertex, angle = math.sqrt(3) * u * R, _STEPS * u
     if claim.delta is not None:
         vertex, angle = delta, max(angle, delta / scene.extent)
     coarsest = max(claim.precision, claim.handed, key=ROUNDING.__getitem__)
@@ -108,7 +114,7 @@ def declared(scene: Scene, claim: Claim, most: float | None = None) -> Declared:
         start=start,
         derivation=_derivation(claim, u, delta, start, handed),
         grain=handed,
-        steps=_steps(scene, handed, _LEAST[coarsest]) if handed else (),
+        steps=_steps(scene, handed, R, _LEAST[coarsest]) if handed else (),
         watertight=False,
     )
 
@@ -122,20 +128,13 @@ def _require_lengths(**claimed: float | None) -> None:
             )  # fmt: skip
 
 
-def _reach(scene: Scene) -> float:
-    """The largest coordinate of the observer and of anything that can be met."""
-    bounds = np.zeros((2, 3)) if scene.bounds is None else scene.bounds
-    return max(float(np.abs(bounds).max()), *map(abs, scene.screen.P0))
-
-
-def _delta(scene: Scene, u: float) -> float:
+def _delta(scene: Scene, u: float, R: float) -> float:
     """δ in a format of rounding u.
 
     The textbook's b² − 4ac costs a sphere's outline 5·u·E²/r. That is nothing in float64 and
     granted there. In float32 it is up to a pixel: who computes in it has to take Δ from the
     distance of the centre to the line (E8), or to declare more.
     """
-    R = _reach(scene)
     E, least = scene.extent, float(Geometry.of(scene).spheres.radius.min(initial=np.inf))
     textbook = 5 * E * E / least if u == ROUNDING["float64"] else 0.0
     return u * (3 * math.sqrt(3) * R + _STEPS * E + textbook)
@@ -148,15 +147,14 @@ def _start(scene: Scene, claim: Claim, delta: float) -> AlongRay | None:
     return None if _CLEAR * delta <= scene.epsilon else AlongRay(_CLEAR * delta)
 
 
-def _steps(scene: Scene, u: float, least: float) -> tuple[tuple[str, float], ...]:
+def _steps(scene: Scene, u: float, R: float, least: float) -> tuple[tuple[str, float], ...]:
     """Absolute errors of handing over numbers with relative error u, or `least` near zero.
 
-    A position's components are at most E + |P0|, a secondary ray's length at most 2·E in a scene
-    whose extent is E; components of unit vectors and barycentric weights are at most 1. Of depths,
-    distances and colours the relative error is declared elsewhere.
+    A position's components are at most R, the largest coordinate that is met; a secondary ray's
+    length at most 2·E in a scene whose extent is E; components of unit vectors and barycentric
+    weights are at most 1. Depths, distances and colours have their relative error elsewhere.
     """
-    reach = scene.extent + max(map(abs, scene.screen.P0))
-    sizes = {"position": reach, "reflection_t": 2 * scene.extent, "refraction_t": 2 * scene.extent}
+    sizes = {"position": R, "reflection_t": 2 * scene.extent, "refraction_t": 2 * scene.extent}
     unit = [n for n, q in QUANTITIES.items() if q.kind == "direction" or n == "barycentric"]
     sizes |= dict.fromkeys(unit, 1.0) | dict.fromkeys(("depth", "distance", "color"), 0.0)
     return tuple(

@@ -18,6 +18,7 @@ import numpy as np
 
 from converters.casts import as_quantity, check_size
 from converters.frames import read_frame
+from converters.placement import IDENTITY, fitted_placement
 from converters.scene_folder import plain_document, write_scene_folder
 from minirt.errors import InputError, MinirtError, ReferenceError
 from minirt.frame import Array, Frame
@@ -72,7 +73,9 @@ class CommandSubject:
 
     def declare(self, scene: Scene) -> Declared:
         """The bounds that follow from its author's claim and from its files' format."""
-        return declared(scene, self.claim, self.most)
+        placed = self.scene_as == "mitsuba" and self.out_as == "mitsuba"  # see `export_aov`
+        where = fitted_placement(scene) if placed else IDENTITY
+        return declared(scene, self.claim, self.most, where)
 
     def render(self, scene: Scene, scratch: Path) -> Rendering:
         """Run the program on the scene and read what it has written.
