@@ -100,28 +100,6 @@ def pack_ratio(ratio: Floats) -> Packed:
     return Packed("b2", 1, False, (part[0],), zlib.compress(part[1], _EFFORT))
 
 
-def unpacked(packed: Packed, ny: int, nx: int, other: Array | None = None) -> Array:
-    """The array again, as `templates/arrays.js` makes it; for tests and for exactness' sake."""
-    held_type, unsigned = _TYPES[packed.kind]
-    size = np.dtype(unsigned).itemsize
-    stream = np.frombuffer(zlib.decompress(packed.data), dtype=np.uint8)
-    planes = stream.reshape(packed.components, size, ny * nx)
-    beside = None if other is None else _held(other, packed.kind)
-    parts = []
-    for k, (subtracted, orders) in enumerate(packed.predictors):
-        residual: NDArray[Any] = np.ascontiguousarray(planes[k].T).view(unsigned).reshape(ny, nx)
-        bits = (residual >> unsigned(1)) ^ (unsigned(0) - (residual & unsigned(1)))
-        for _ in range(orders):
-            bits = np.cumsum(np.cumsum(bits, axis=0, dtype=unsigned), axis=1, dtype=unsigned)
-        parts.append(bits + beside[..., k] if subtracted and beside is not None else bits)
-    stacked: Array = np.stack(parts, axis=2)
-    if packed.kind == "b2":
-        values: Array = (stacked.astype(np.uint32) << np.uint32(16)).view(np.float32)
-    else:
-        values = stacked.view(held_type)
-    return values[..., 0] if packed.components == 1 else values
-
-
 def _kind(values: Array, other: Array | None, rounded: bool) -> Kind:
     if values.dtype == np.float64:
         arrays = [values] if other is None else [values, other]

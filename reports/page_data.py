@@ -89,7 +89,7 @@ def page_data(run: Run, ordered: Iterable[tuple[str, SceneResult]], pool: Pool) 
         _scene(run, section, result, [(a, next(arrays)) for a in answers], pool)
         for section, result, answers in given
     ]
-    return inside_script({**constants(), "scenes": scenes})
+    return inside_script({**_constants(), "scenes": scenes})
 
 
 def has_pictures(answer: ReferenceResult) -> bool:
@@ -104,7 +104,7 @@ def inside_script(document: Any) -> str:
     )
 
 
-def constants() -> dict[str, Any]:
+def _constants() -> dict[str, Any]:
     """Quantities, stages, rules and colours, for the script."""
     return {
         "quantities": {
@@ -180,7 +180,7 @@ def _more(
         "stories": {_key(pixel): json.loads(story) for pixel, story in stories.items()},
         "rows": {
             answer.reference: {
-                _key(pixel): opinion_data(answer, rows) for pixel, rows in close.rows.items()
+                _key(pixel): _opinion(answer, rows) for pixel, rows in close.rows.items()
             }
             for answer, close in seen
         },
@@ -188,7 +188,7 @@ def _more(
     return zlib.compress(json.dumps(_plain(document), allow_nan=False).encode(), 9)
 
 
-def opinion_data(answer: ReferenceResult, rows: tuple[Row, ...]) -> dict[str, Any]:
+def _opinion(answer: ReferenceResult, rows: tuple[Row, ...]) -> dict[str, Any]:
     """Both's values at a pixel and the sentence about them."""
     return {
         "sentence": SecondOpinion(answer.reference, rows).sentence,

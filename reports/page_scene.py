@@ -70,7 +70,7 @@ def scene_entry(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict
         "headline": scene_headline(result) + (f"; first wrong stage: {stage}" if stage else ""),
         "rows": [_row(run, result, answer, names, section) for answer in result.references],
         "trend": run.before and trend_of(run.before, result, run.provenance.commit),
-        "tags": " ".join([*tags_of(result), *against(run).get(result.scene.name, [])]),
+        "tags": " ".join([*_tags(result), *against(run).get(result.scene.name, [])]),
         "worst": _worst(result),
         "certain": _certain(result),
         "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
@@ -103,7 +103,7 @@ def _row(
     return Row(row.reference, tuple(cells))
 
 
-def tags_of(result: SceneResult) -> list[str]:
+def _tags(result: SceneResult) -> list[str]:
     """By what a scene can be filtered."""
     checks = list(checks_of([result]))
     found = ["failed"] if scene_state(result) in ("failed", "incomplete") else []

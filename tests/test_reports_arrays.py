@@ -2,16 +2,46 @@
 
 from __future__ import annotations
 
+import zlib
+
 import numpy as np
 import pytest
 from fake_references import small_scene
 
 import minirt
 from minirt.frame import Array
-from reports.arrays import pack, pack_ratio, unpacked
+from reports.arrays import Packed, pack, pack_ratio
 
 RNG = np.random.default_rng(20)
 SIZE = (7, 11)
+
+
+#: Bytes of a kind's numbers, and what they are.
+KINDS = {"f8": (8, "<f8"), "f4": (4, "<f4"), "i4": (4, "<i4"), "i1": (1, "i1"), "b2": (2, "<u2")}
+
+
+def unpacked(packed: Packed, ny: int, nx: int, other: Array | None = None) -> Array:
+    """The array again, as the page's script makes it."""
+    width, kind = KINDS[packed.kind]
+    unsigned = np.dtype(f"<u{width}").type
+    planes = np.frombuffer(zlib.decompress(packed.data), np.uint8).reshape(-1, width, ny * nx)
+    parts = []
+    for k, (subtracted, orders) in enumerate(packed.predictors):
+        folded: Array = np.ascontiguousarray(planes[k].T).view(unsigned).reshape(ny, nx)
+        bits = (folded >> unsigned(1)) ^ (unsigned(0) - (folded & unsigned(1)))
+        for _ in range(orders):
+            bits = np.cumsum(np.cumsum(bits, axis=0, dtype=unsigned), axis=1, dtype=unsigned)
+        if subtracted:
+            assert other is not None
+            beside = other.reshape(ny, nx, -1)[..., k].astype(kind)
+            bits = bits + np.ascontiguousarray(beside).view(unsigned)
+        parts.append(bits)
+    stacked: Array = np.stack(parts, axis=2)
+    if packed.kind == "b2":
+        halves: Array = (stacked.astype(np.uint32) << np.uint32(16)).view(np.float32)
+        return halves[..., 0]
+    values = stacked.view(kind)
+    return values[..., 0] if packed.components == 1 else values
 
 
 def same(a: Array, b: Array) -> bool:
