@@ -7,6 +7,8 @@ explanations of its worst pixels; one that passes leaves explanations of a few t
 from __future__ import annotations
 
 import json
+import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -27,6 +29,10 @@ from reports.space import lines_of
 
 #: Bytes that the arrays of one reference on one scene may take, before base64 adds a third.
 ROOM = 1_550_000
+#: Pixels of an image beyond which no arrays are kept: they would not fit.
+MOST_PIXELS = 2**19
+#: Seconds after which no further pixel of a scene is explained.
+PATIENCE = 10.0
 #: Pixels of a passing scene that are explained.
 _TYPICAL = 3
 
@@ -105,7 +111,7 @@ def close_up_of(evidence: Evidence) -> CloseUp:
     failed = [check for check in comparison.checks if check.state == "failed"]
     pixels = pixels_of(evidence)
     rows = {pixel: rows_at(pixel[1], pixel[0], evidence) for pixel in pixels}
-    stories = {pixel: _story(evidence.scene, *pixel) for pixel in pixels}
+    stories = _stories(evidence.scene, pixels)
     if not failed or not ratios:
         return CloseUp(rows=rows, stories=stories, spreads=spreads)
     clusters = clusters_of(comparison.first_stage, ratios)
@@ -130,6 +136,17 @@ def pixels_of(evidence: Evidence) -> tuple[Pixel, ...]:
             wrong += [(each.column, each.row) for each in clusters_of(first, ratios)[:MOST]]
             wrong += [(each.column, each.row) for each in worst_pixels(first, ratios)]
     return tuple(dict.fromkeys(wrong)) or typical_pixels(evidence.ours)
+
+
+def _stories(scene: Scene, pixels: Iterable[Pixel]) -> dict[Pixel, str]:
+    """Explanations by pixel, as many as there is time for: deep trees of rays take long."""
+    end = time.perf_counter() + PATIENCE
+    stories: dict[Pixel, str] = {}
+    for pixel in pixels:
+        stories[pixel] = _story(scene, *pixel)
+        if time.perf_counter() > end:
+            break
+    return stories
 
 
 @lru_cache(maxsize=256)
@@ -163,8 +180,8 @@ def _kept(evidence: Evidence) -> dict[str, dict[str, Kept]]:
     """Arrays of all quantities as float32, as long as there is room; and what is exact instead."""
     arrays: dict[str, Kept] = {}
     exact: dict[str, Kept] = {}
-    room = ROOM
-    for name in _by_weight(evidence):
+    room = ROOM if evidence.ours["hit"].size <= MOST_PIXELS else 0
+    for name in _by_weight(evidence) if room else ():
         each = _keep(name, evidence, True)
         if each.size <= room:
             arrays[name] = each

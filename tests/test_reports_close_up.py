@@ -11,6 +11,7 @@ from report_runs import result_of
 
 import minirt
 from minirt.explain import explain
+from reports import close_up
 from reports.close_up import CloseUp, typical_pixels
 from reports.space import lines_of, surroundings
 
@@ -29,6 +30,21 @@ def test_what_passes_leaves_no_arrays_and_what_fails_leaves_all(closes: dict[str
         assert closes[name].first_stage is not None
     first = next(iter(closes["faulty"].arrays))
     assert first == "shadow", "what fails first gets room first"
+
+
+def test_of_a_vast_image_no_arrays_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(close_up, "MOST_PIXELS", 100)
+    (answer,) = result_of(small_scene(), [Faulty()]).references
+    assert answer.digest.close.arrays == {}
+    assert answer.digest.close.clusters != ()
+    assert len(answer.digest.close.stories) > 5
+
+
+def test_when_time_is_up_no_more_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(close_up, "PATIENCE", 0.0)
+    (answer,) = result_of(small_scene(), [Faulty()]).references
+    assert len(answer.digest.close.stories) == 1
+    assert len(answer.digest.close.rows) > 5
 
 
 def test_everybody_explains_the_pixels_where_anybody_fails(closes: dict[str, CloseUp]) -> None:
