@@ -485,6 +485,26 @@ def test_reduced_motion_is_respected(browser: Browser, report: Path) -> None:
         assert not np.array_equal(shown.picture()[0], first)
 
 
+def test_a_page_of_the_largest_size_is_soon_of_use(
+    browser: Browser, report: Path, tmp_path: Path
+) -> None:
+    more = "".join(
+        f'<script type="text/plain" id="more{k}">{"eJxA" * 2**18}</script>\n' for k in range(20)
+    )
+    path = tmp_path / "large.html"
+    path.write_text(report.read_text(encoding="utf-8") + more, encoding="utf-8")
+    assert path.stat().st_size > 20 * 2**20
+    with tab(browser, path) as shown:
+        shown.settle()
+        session = shown.page.context.new_cdp_session(shown.page)
+        session.send("Performance.enable", {"timeDomain": "threadTicks"})
+        shown.page.reload()
+        shown.settle()
+        found = session.send("Performance.getMetrics")["metrics"]
+        (busy,) = [each["value"] for each in found if each["name"] == "TaskDuration"]
+        assert 0.05 < busy < 2, "seconds of the processor, however many others use it"
+
+
 @pytest.mark.parametrize("width", [390, 1300])
 def test_nothing_is_wider_than_the_window(browser: Browser, report: Path, width: int) -> None:
     size = {"width": width, "height": 800}
