@@ -333,6 +333,16 @@ def test_explained_pixels_show_the_algorithms_own_steps_and_everybody(opened: Ta
     assert "shadow ray" in page.inner_text("#space-table")
 
 
+def test_without_a_choice_the_worst_pixel_is_looked_at(opened: Tab) -> None:
+    opened.page.wait_for_selector(".steps")
+    assert "p" not in opened.state()
+    assert "The first wrong stage is shadow" in opened.page.inner_text("#sentence")
+    worst = opened.page.inner_text("#worst tbody button >> nth=0")
+    assert opened.page.inner_text("#inspector h3").startswith(f"Pixel {worst}")
+    opened.page.check("[data-overlay=o]")
+    assert opened.state()["o"] == "uwop", "the mark around the pixel stays"
+
+
 def test_the_view_in_space_turns_and_zooms_by_key(opened: Tab) -> None:
     opened.change(r="faulty", q="shadow")
     opened.page.click("#clusters button >> nth=0")

@@ -33,7 +33,7 @@ const KEYS = {
 };
 MODES.forEach((mode, k) => { KEYS[k + 1] = () => change({ m: mode }); });
 
-const center = () => (state.p ? state.p.split(",").map((v) => Number(v) + 0.5) : null);
+const center = () => picked()?.map((v) => v + 0.5) ?? null;
 const ARROWS = { ArrowRight: [1, 0], ArrowDown: [0, 1], ArrowLeft: [-1, 0], ArrowUp: [0, -1] };
 
 function typed(event) {
@@ -105,7 +105,7 @@ function startControls() {
   set("#stage-scale", "d");
   for (const button of all("[data-mode]")) button.addEventListener("click", () => change({ m: button.dataset.mode }));
   for (const box of all("[data-overlay]")) {
-    box.addEventListener("change", () => change({ o: all("[data-overlay]").filter((b) => b.checked).map((b) => b.dataset.overlay).join("") }));
+    box.addEventListener("change", () => change({ o: `${all("[data-overlay]").filter((b) => b.checked).map((b) => b.dataset.overlay).join("")}p` }));
   }
   for (const button of all("[data-key]")) button.addEventListener("click", () => KEYS[button.dataset.key]());
   for (const button of all("[data-cluster]")) button.addEventListener("click", () => nextCluster(Number(button.dataset.cluster)));

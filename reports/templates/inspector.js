@@ -1,5 +1,11 @@
 // The pixel inspector: everybody's values at one pixel, and the algorithm's own steps there.
-const picked = () => (state.p ? state.p.split(",").map(Number) : null);
+// The pixel in the state, or else the worst one of what is shown.
+function picked() {
+  if (state.p) return state.p.split(",").map(Number);
+  const worst = shown.reference?.worst ?? [];
+  const each = worst.find((wrong) => wrong.quantity === shown.name) ?? worst[0];
+  return each ? [each.column, each.row] : null;
+}
 
 // [ours, theirs, tolerance, ratio, digits] of one quantity, from the exact rows or from the arrays.
 function valuesAt(name, rows, found, index) {

@@ -1,5 +1,5 @@
-// What lies over the pictures: uncertain pixels hatched, wrong ones outlined, objects, first stages.
-const OVERLAYS = { u: "uncertain", w: "wrong", o: "objects", f: "first stage", p: "picked" };
+// What lies over the pictures, by its letter in the state: u uncertain pixels hatched, w wrong ones
+// outlined, o objects, f first wrong stages, p the picked pixel.
 const shows = (letter) => state.o.includes(letter);
 
 function drawOverlays(pane) {
@@ -8,7 +8,7 @@ function drawOverlays(pane) {
   if (shows("u") && ratio) drawHatch(pane, visible, ratio);
   if (shows("o") && objects) drawObjects(pane, visible, objects);
   if (shows("w") && ratio) drawWrong(pane, visible, ratio);
-  if (state.p) drawPicked(pane);
+  if (shows("p") && picked()) drawPicked(pane);
 }
 
 function visibleIn(pane) {
@@ -109,7 +109,7 @@ function drawObjects(pane, visible, objects) {
 }
 
 function drawPicked(pane) {
-  const [column, row] = state.p.split(",").map(Number), { scale } = shown.view;
+  const [column, row] = picked(), { scale } = shown.view;
   const x = pane.left + column * scale, y = pane.top + row * scale, rim = 1;
   for (const [color, more] of [["#000000", 3], ["#ffffff", rim]]) {
     pen.strokeStyle = color;
