@@ -19,10 +19,10 @@ from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
 from minirt.vectors import Floats
-from reference.compare import Check
+from reference.compare import Check, error_of
 from reference.verify import Evidence
 from reports.arrays import Packed, pack, pack_ratio
-from reports.clusters import MOST, Cluster, WrongPixel, clusters_of, spread, worst_pixels
+from reports.clusters import MOST, Cluster, Spread, WrongPixel, clusters_of, spread, worst_pixels
 from reports.pictures import Span, picture_span
 from reports.second_opinion import Row, rows_at
 from reports.space import lines_of
@@ -88,8 +88,8 @@ class CloseUp:
         Both's values at the pixels that are explained.
     stories : dict of (column, row) to str
         Explanations of those pixels, as JSON: steps and lines.
-    spreads : dict of str to tuple of int
-        Pixels in each band of error over tolerance, by quantity.
+    spreads : dict of str to Spread
+        By quantity.
     """
 
     arrays: dict[str, Kept] = field(default_factory=dict)
@@ -100,14 +100,14 @@ class CloseUp:
     worst: tuple[WrongPixel, ...] = ()
     rows: dict[Pixel, tuple[Row, ...]] = field(default_factory=dict)
     stories: dict[Pixel, str] = field(default_factory=dict)
-    spreads: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    spreads: dict[str, Spread] = field(default_factory=dict)
 
 
 def close_up_of(evidence: Evidence) -> CloseUp:
     """All that the inspector needs of the evidence."""
     comparison = evidence.comparison
     ratios = comparison.ratio
-    spreads = {name: spread(ratio) for name, ratio in ratios.items()}
+    spreads = {name: _spread(name, ratio, evidence) for name, ratio in ratios.items()}
     failed = [check for check in comparison.checks if check.state == "failed"]
     pixels = pixels_of(evidence)
     rows = {pixel: rows_at(pixel[1], pixel[0], evidence) for pixel in pixels}
@@ -125,6 +125,11 @@ def close_up_of(evidence: Evidence) -> CloseUp:
         stories=stories,
         spreads=spreads,
     )
+
+
+def _spread(name: str, ratio: Floats, evidence: Evidence) -> Spread:
+    error = error_of(QUANTITIES[name], evidence.ours[name], evidence.theirs[name])
+    return spread(ratio, error)
 
 
 def pixels_of(evidence: Evidence) -> tuple[Pixel, ...]:

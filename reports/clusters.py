@@ -119,8 +119,35 @@ def _worst_of_stage(
     return stack.max(axis=0), names, stack.argmax(axis=0)
 
 
-def spread(ratio: Floats) -> tuple[int, ...]:
-    """Pixels in each band of error over tolerance (`colors.BOUNDS`), then those not judged."""
-    judged = ~np.isnan(ratio)
-    bands = np.bincount(band_of(ratio[judged]), minlength=len(BANDS))
-    return (*bands.tolist(), int((~judged).sum()))
+@dataclass(frozen=True)
+class Spread:
+    """How the errors of one quantity are spread.
+
+    Attributes
+    ----------
+    counts : tuple of int
+        Pixels in each band of error over tolerance (`colors.BOUNDS`), then those not judged.
+    differences : tuple of float or None
+        The largest error in each band, and among those not judged, in the quantity's own unit;
+        +inf where only one of the two is a number, or they are discrete; None where no pixel is.
+    """
+
+    counts: tuple[int, ...]
+    differences: tuple[float | None, ...]
+
+
+def spread(ratio: Floats, error: Floats) -> Spread:
+    """Count the pixels in each band, and find the largest error there.
+
+    Parameters
+    ----------
+    ratio, error : (ny, nx) float64
+        The ratio is NaN where it was not judged.
+    """
+    bands = np.where(np.isnan(ratio), len(BANDS), band_of(np.nan_to_num(ratio, posinf=np.inf)))
+    most = np.full(len(BANDS) + 1, -1.0)
+    np.maximum.at(most, bands, error)
+    counts = np.bincount(bands.ravel(), minlength=len(BANDS) + 1)
+    return Spread(
+        tuple(counts.tolist()), tuple(value if value >= 0 else None for value in most.tolist())
+    )

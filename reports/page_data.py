@@ -218,7 +218,7 @@ def _reference(
                 "state": checks[name].state,
                 "wrong": checks[name].wrong,
                 "figure": figure(checks[name]),
-                "spread": close.spreads[name],
+                "spread": vars(close.spreads[name]),
                 "picture": _picture(pictures, pool),
                 "arrays": _arrays(arrays[name], pool) if name in arrays else None,
             }

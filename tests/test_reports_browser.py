@@ -343,6 +343,21 @@ def test_without_a_choice_the_worst_pixel_is_looked_at(opened: Tab) -> None:
     assert opened.state()["o"] == "uwop", "the mark around the pixel stays"
 
 
+def test_errors_are_listed_by_size_with_their_share(opened: Tab, ratios: dict[str, Array]) -> None:
+    opened.change(r="faulty", q="color")
+    rows = opened.page.locator("#spread tbody tr").all_inner_texts()
+    cells = [row.split("\t") for row in rows]
+    assert [cell[0] for cell in cells] == [
+        "0", "≤ 1/8", "≤ 1/4", "≤ 1/2", "≤ 1", "≤ 2", "≤ 4", "≤ 16", "> 16", "uncertain",
+    ]  # fmt: skip
+    ratio = ratios["color"]
+    assert int(cells[0][2]) == (ratio == 0).sum()
+    assert int(cells[8][2]) == (ratio > 16).sum() > 50
+    assert int(cells[9][2]) == np.isnan(ratio).sum()
+    assert sum(int(cell[2]) for cell in cells) == NX * NY
+    assert float(cells[8][1]) > 0.01
+
+
 def test_the_view_in_space_turns_and_zooms_by_key(opened: Tab) -> None:
     opened.change(r="faulty", q="shadow")
     opened.page.click("#clusters button >> nth=0")

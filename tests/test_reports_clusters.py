@@ -57,12 +57,16 @@ def test_no_more_than_the_worst_are_listed() -> None:
     assert (found[0].column, found[0].row, found[0].ratio) == (9, 9, 101.0)
 
 
-def test_the_spread_counts_every_pixel_once() -> None:
+def test_the_spread_counts_every_pixel_once_and_knows_the_largest_error() -> None:
     ratio = np.array([[0.0, 0.1, 1.0, 1.1, np.inf, np.nan, np.nan]])
-    counts = spread(ratio)
-    assert sum(counts) == 7
-    assert counts[-1] == 2
-    assert counts[BOUNDS.index(0.0)] == 1
-    assert counts[BOUNDS.index(1.0)] == 1
-    assert counts[BOUNDS.index(1.0) + 1] == 1
-    assert counts[len(BOUNDS)] == 1
+    error = np.array([[0.0, 1e-9, 1e-8, 1.1e-8, np.inf, 5.0, 7.0]])
+    found = spread(ratio, error)
+    assert sum(found.counts) == 7
+    assert found.counts[-1] == 2
+    assert found.differences[-1] == 7.0
+    one = BOUNDS.index(1.0)
+    for band, count, difference in (
+        (0, 1, 0.0), (1, 1, 1e-9), (2, 0, None), (one, 1, 1e-8), (one + 1, 1, 1.1e-8),
+        (len(BOUNDS), 1, np.inf),
+    ):  # fmt: skip
+        assert (found.counts[band], found.differences[band]) == (count, difference)

@@ -24,7 +24,7 @@ function showLists() {
 }
 
 // A histogram that is its own table: a bar a row.
-function spread(counts) {
+function spread({ counts, differences }) {
   const judged = counts.slice(0, -1), total = counts.reduce((a, b) => a + b, 0), most = Math.max(...counts, 1);
   const share = (n) => (n === total ? "100 %" : `${Math.min(99.99, 100 * n / total).toFixed(2)} %`);
   let sum = 0;
@@ -32,17 +32,17 @@ function spread(counts) {
   const rows = judged.map((n, k) => {
     sum += n;
     const words = k === 0 ? "0" : k === judged.length - 1 ? `> ${bounds.at(-1)}` : `≤ ${bounds[k]}`;
-    return row(words, n, share(n), share(sum), data.bands[k], data.bounds[k] === 1);
+    return row(words, n, differences[k], share(n), share(sum), data.bands[k], data.bounds[k] === 1);
   });
-  rows.push(row("uncertain", counts.at(-1), share(counts.at(-1)), "", data.hatch[0], false));
-  function row(words, n, part, upTo, color, last) {
+  rows.push(row("uncertain", counts.at(-1), differences.at(-1), share(counts.at(-1)), "", data.hatch[0], false));
+  function row(words, n, difference, part, upTo, color, last) {
     // Of few pixels among many the bar is never nothing.
     const width = n ? Math.max(1, 100 * Math.log1p(n) / Math.log1p(most)) : 0;
-    return element("tr", { className: last ? "tolerance" : "" }, element("th", { scope: "row" }, words), element("td", { className: "num" }, `${n}`),
-      element("td", { className: "num" }, part), element("td", { className: "num" }, upTo),
+    return element("tr", { className: last ? "tolerance" : "" }, element("th", { scope: "row" }, words), element("td", { className: "num" }, spelled(finite(difference), 2)),
+      element("td", { className: "num" }, `${n}`), element("td", { className: "num" }, part), element("td", { className: "num" }, upTo),
       element("td", {}, element("span", { className: "histogram", style: `width:${width}%;background:${color}` })));
   }
-  return table("Pixels by error over tolerance", ["error ÷ tol.", "pixels", "share", "up to here", "bar, log"], rows);
+  return table("Pixels by error over tolerance", ["error ÷ tol.", "error up to", "pixels", "share", "up to here", "bar, log"], rows);
 }
 
 function nextCluster(step) {
