@@ -20,7 +20,8 @@ def test_a_good_run_leaves_every_report_and_tells_its_progress(tmp_path: Path) -
         told.append((result.scene.name, total))
 
     scenes = [small_scene("one"), small_scene("two")]
-    run = run_verify(scenes, [Honest()], tmp_path / "new" / "folder", 1, ["honest"], progress)
+    both = [Honest(), Honest("other")]
+    run = run_verify(scenes, both, tmp_path / "new" / "folder", 1, ["honest"], progress)
     assert run.exit_status == 0, run.verdict
     assert told == [("one", 2), ("two", 2)]
     assert {path.name for path in run.folder.iterdir()} == set(REPORTS)
