@@ -1,0 +1,161 @@
+"""What each part of a rubric is judged by: quantities, and the pixels that speak of its rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from minirt.frame import Frame
+from minirt.quantities import QUANTITIES, STAGES, Stage
+from minirt.scene import Facets, Scene
+from minirt.vectors import Bools
+from reference.compare import Comparison
+from reference.mutants import CATALOGUE
+from reference.stability import Stability
+from reference.traceability import TRACED, trace_rules
+from reports.grade.rubric import Part
+
+#: The kinds of objects that a rule about one kind speaks of.
+_KINDS: dict[str, tuple[str, ...]] = {
+    "S8": ("sphere",),
+    "S9": ("triangle", "polygon", "mesh"),
+    "S10": ("polygon",),
+    "S11": ("polygon",),
+}
+#: Rules about glass: they speak of pixels where the material has an index.
+_GLASS = ("S15", "S16", "E1", "E2")
+#: Stages before anything leaves a surface: a mistake there shows in all of their quantities.
+_PRIMARY = STAGES[: STAGES.index("shadow")]
+#: Consequences of an earlier mistake are left out while so much of the picture is left to judge.
+_LEAST_LEFT = 0.5
+
+
+@dataclass(frozen=True)
+class Tally:
+    """The pixels of one scene that a part is judged by.
+
+    Attributes
+    ----------
+    judged, right : int
+        Certain pixels that speak of the part, without consequences of what was wrong before.
+    given, asked : int
+        Quantities.
+    """
+
+    judged: int
+    right: int
+    given: int
+    asked: int
+
+    @property
+    def share(self) -> float:
+        """The share of right pixels."""
+        return self.right / self.judged if self.judged else 1.0
+
+
+@cache
+def quantities_of(rule: str) -> tuple[str, ...]:
+    """What shows a rule: its own quantities, and those in which known mistakes in it show first."""
+    (trace,) = (each for each in trace_rules(()) if each.rule == rule)
+    own = set(trace.quantities)
+    for stage in {mutant.stage for mutant in CATALOGUE.values() if mutant.rule == rule}:
+        there = {name for name, q in QUANTITIES.items() if q.stage == stage}
+        if stage in _PRIMARY or not own & there:
+            own |= there
+    return tuple(name for name in QUANTITIES if name in own)
+
+
+def known_rule(rule: str) -> bool:
+    """Whether a part can be about it."""
+    return rule in TRACED
+
+
+def quantities_judged(part: Part, asked: tuple[str, ...]) -> tuple[str, ...]:
+    """The quantities that a part is judged by, of those that are asked for."""
+    if part.rules:
+        wanted = {name for rule in part.rules for name in quantities_of(rule)}
+    else:
+        stages: tuple[Stage, ...] = part.stages or STAGES
+        wanted = {name for name, q in QUANTITIES.items() if q.stage in stages}
+    return tuple(name for name in asked if name in wanted)
+
+
+def tally(
+    part: Part, names: tuple[str, ...], scene: Scene, ours: Frame, theirs: Frame,
+    stability: Stability, comparison: Comparison,
+) -> Tally:  # fmt: skip
+    """Count the pixels of one scene for a part.
+
+    A pixel is wrong where a quantity of the part is wrong at the pixel's first wrong stage. Where
+    an earlier stage was wrong, the part's own error is a consequence and is left out of the count,
+    as long as half of the pixels are left; after that consequences count as wrong.
+
+    Parameters
+    ----------
+    part : Part
+    names : tuple of str
+        From `quantities_judged`.
+    scene : Scene
+    ours, theirs : Frame
+    stability : Stability
+    comparison : Comparison
+    """
+    given = [name for name in names if name in comparison.ratio]
+    considered = _relevant(part, scene, ours, theirs) & _certain(given or names, stability, ours)
+    wrong, follows = (np.zeros(ours.size, dtype=np.bool_) for _ in range(2))
+    for name in given:
+        bad = comparison.ratio[name] > 1
+        here = comparison.first_stage == STAGES.index(QUANTITIES[name].stage)
+        wrong |= bad & here
+        follows |= bad & ~here
+    wrong &= considered
+    follows &= considered & ~wrong
+    all_, bad_, later = (int(mask.sum()) for mask in (considered, wrong, follows))
+    judged = all_ - later if all_ - later >= _LEAST_LEFT * all_ else all_
+    right = all_ - later - bad_ if given else 0
+    return Tally(judged, right, len(given), len(names))
+
+
+def speaks_of(part: Part, scene: Scene, ours: Frame) -> bool:
+    """Whether any pixel of a scene's right answer is one that the part is about."""
+    return bool(_relevant(part, scene, ours, ours).any())
+
+
+def _certain(names: tuple[str, ...] | list[str], stability: Stability, ours: Frame) -> Bools:
+    certain: Bools = np.zeros(ours.size, dtype=np.bool_)
+    for name in names:
+        certain |= stability.certain[name]
+    return certain
+
+
+def _relevant(part: Part, scene: Scene, ours: Frame, theirs: Frame) -> Bools:
+    """The pixels that speak of a part: all, or those of its rules' kinds of objects."""
+    masks = [_speaking(rule, scene, ours, theirs) for rule in part.rules]
+    if not masks:
+        return np.ones(ours.size, dtype=np.bool_)
+    return np.asarray(np.logical_or.reduce(masks))
+
+
+def _speaking(rule: str, scene: Scene, ours: Frame, theirs: Frame) -> Bools:
+    if rule in _GLASS:
+        glass: Bools = ours["tir"] >= 0
+        return np.asarray(glass | (theirs["tir"] >= 0)) if "tir" in theirs else glass
+    if rule not in _KINDS:
+        return np.ones(ours.size, dtype=np.bool_)
+    kinds = [each.type if isinstance(each, Facets) else "sphere" for each in scene.objects]
+    of_kind = np.array([kind in _KINDS[rule] for kind in kinds] + [False])
+    mask: Bools = of_kind[ours["object"]]
+    if "object" in theirs:
+        numbers = theirs["object"]
+        inside = (numbers >= 0) & (numbers < len(kinds))
+        return np.asarray(mask | of_kind[np.where(inside, numbers, -1)])
+    if "hit" in theirs:
+        return np.asarray(mask | (theirs["hit"] & ~ours["hit"]))
+    return mask
+
+
+def credit(share: float, full: float, zero: float) -> float:
+    """Partial credit: 0 to 1, linear between the shares that earn nothing and everything."""
+    return min(1.0, max(0.0, (share - zero) / (full - zero)))
