@@ -56,6 +56,8 @@ class CommandSubject:
     sandbox : bool
     most : float or None
         The largest δ that is allowed, in scene units.
+    visible : tuple of Path
+        What it can read in the sandbox beside the folders of the files that its command names.
     """
 
     command: str
@@ -66,6 +68,7 @@ class CommandSubject:
     limits: Limits | None = None
     sandbox: bool = False
     most: float | None = None
+    visible: tuple[Path, ...] = ()
 
     def missing(self) -> str | None:
         """Why it cannot run here; None where it can."""
@@ -94,7 +97,7 @@ class CommandSubject:
         values: dict[str, object] = {"nx": scene.screen.nx, "ny": scene.screen.ny, "out": out}
         values["scene"] = _hand_over(scene, self.scene_as, self.out_as, room)
         filled = [_filled(word, values) for word in words]
-        ended = run_program(filled, room, self.limits, self.sandbox, _near(words))
+        ended = run_program(filled, room, self.limits, self.sandbox, [*_near(words), *self.visible])
         sys.stdout.write(ended.output)
         if ended.reason:
             kind = TimedOut if ended.reason.startswith("no answer within") else Crashed
