@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import pytest
+from grade_class import small
 
-from minirt import load_scene, render
-from minirt.scene import Scene
+from minirt import render
 from reference.compare import compare
 from reference.mutants.matrix import float64_rounding
 from reference.stability import exact_answer, stability_of
 from reports.grade.hidden import variant
-
-
-def small(name: str) -> Scene:
-    document = load_scene(f"atlas:{name}").to_dict()
-    document["screen"] |= {"nx": 48, "ny": 36}
-    return load_scene(document, load_scene(f"atlas:{name}").folder)
-
 
 NAMES = ("ball-on-quad", "one-sphere", "glass-ball", "closed-mesh", "off-axis-screen")
 

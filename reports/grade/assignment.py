@@ -67,7 +67,7 @@ def read_assignment(path: Path) -> Assignment:
     given: dict[str, Scene] = {}
     by_name: dict[str, Scene] = {}
     for text in rubric.scenes:
-        scene = load_scene(text if text.startswith("atlas:") else path.parent / text)
+        scene = load_scene(text if text.startswith("atlas:") else _beside(path, text))
         _require_file_name(scene, f"{path}: scenes: {text}")
         if scene.name in by_name:
             raise InputError("two scenes have the same name", where=str(path), got=scene.name)
@@ -83,6 +83,15 @@ def read_assignment(path: Path) -> Assignment:
         ]
     together = " ".join([sha256, *(sheet.scene.sha256 for sheet in sheets)])
     return Assignment(rubric, together, tuple(sheets), parts)
+
+
+def _beside(path: Path, text: str) -> Path:
+    if Path(text).is_absolute() or ".." in Path(text).parts:
+        raise InputError(
+            "a scene that lies elsewhere", where=f"{path}: scenes", got=text[:200],
+            expected="a file beside the rubric or below it, or atlas:NAME",
+        )  # fmt: skip
+    return path.parent / text
 
 
 def _require_file_name(scene: Scene, where: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -11,10 +12,9 @@ from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES, Stage
 from minirt.scene import Facets, Scene
 from minirt.vectors import Bools
-from reference.compare import Comparison
 from reference.mutants import CATALOGUE
-from reference.stability import Stability
 from reference.traceability import TRACED, trace_rules
+from reference.verify import Evidence
 from reports.grade.rubric import Part
 
 #: The kinds of objects that a rule about one kind speaks of.
@@ -26,8 +26,6 @@ _KINDS: dict[str, tuple[str, ...]] = {
 }
 #: Rules about glass: they speak of pixels where the material has an index.
 _GLASS = ("S15", "S16", "E1", "E2")
-#: Stages before anything leaves a surface: a mistake there shows in all of their quantities.
-_PRIMARY = STAGES[: STAGES.index("shadow")]
 #: Consequences of an earlier mistake are left out while so much of the picture is left to judge.
 _LEAST_LEFT = 0.5
 
@@ -62,8 +60,9 @@ def quantities_of(rule: str) -> tuple[str, ...]:
     own = set(trace.quantities)
     for stage in {mutant.stage for mutant in CATALOGUE.values() if mutant.rule == rule}:
         there = {name for name, q in QUANTITIES.items() if q.stage == stage}
-        if stage in _PRIMARY or not own & there:
-            own |= there
+        if not own & there:
+            common = {name for name in there if not _KINDS.keys() >= set(QUANTITIES[name].rules)}
+            own |= common or there
     return tuple(name for name in QUANTITIES if name in own)
 
 
@@ -82,10 +81,7 @@ def quantities_judged(part: Part, asked: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(name for name in asked if name in wanted)
 
 
-def tally(
-    part: Part, names: tuple[str, ...], scene: Scene, ours: Frame, theirs: Frame,
-    stability: Stability, comparison: Comparison,
-) -> Tally:  # fmt: skip
+def tally(part: Part, names: tuple[str, ...], seen: Evidence) -> Tally:
     """Count the pixels of one scene for a part.
 
     A pixel is wrong where a quantity of the part is wrong at the pixel's first wrong stage. Where
@@ -97,13 +93,11 @@ def tally(
     part : Part
     names : tuple of str
         From `quantities_judged`.
-    scene : Scene
-    ours, theirs : Frame
-    stability : Stability
-    comparison : Comparison
+    seen : Evidence
     """
+    scene, ours, theirs, comparison = seen.scene, seen.ours, seen.theirs, seen.comparison
     given = [name for name in names if name in comparison.ratio]
-    considered = _relevant(part, scene, ours, theirs) & _certain(given or names, stability, ours)
+    considered = _relevant(part, scene, ours, theirs) & _certain(given or names, seen)
     wrong, follows = (np.zeros(ours.size, dtype=np.bool_) for _ in range(2))
     for name in given:
         bad = comparison.ratio[name] > 1
@@ -123,10 +117,10 @@ def speaks_of(part: Part, scene: Scene, ours: Frame) -> bool:
     return bool(_relevant(part, scene, ours, ours).any())
 
 
-def _certain(names: tuple[str, ...] | list[str], stability: Stability, ours: Frame) -> Bools:
-    certain: Bools = np.zeros(ours.size, dtype=np.bool_)
+def _certain(names: Sequence[str], seen: Evidence) -> Bools:
+    certain: Bools = np.zeros(seen.ours.size, dtype=np.bool_)
     for name in names:
-        certain |= stability.certain[name]
+        certain |= seen.stability.certain[name]
     return certain
 
 
