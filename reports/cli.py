@@ -20,6 +20,7 @@ from reports.cli_explain import explain
 from reports.cli_export import export
 from reports.cli_fuzz import fuzz
 from reports.cli_gate import gate
+from reports.cli_grade import grade
 from reports.cli_mutants import mutants
 from reports.cli_nightly import nightly
 from reports.cli_pack import pack
@@ -45,6 +46,7 @@ for command, example in (
     (explain, "explain atlas:glass-ball --pixel 128 96"),
     (verify, "verify atlas:glass-ball --reference mitsuba --out report"),
     (gate, "gate --init my-tracer --language cpp"),
+    (grade, "grade submissions --rubric rubric.toml -o graded"),
     (fuzz, "fuzz --seed 7 --scenes 20 --time 60 --reference embree"),
     (export, "export atlas:glass-ball --to mitsuba -o glass-ball"),
     (scenes, "scenes glass-ball"),

@@ -1,0 +1,79 @@
+"""What a student needs to know of a failing scene: the mistake, and one pixel in numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field
+
+from converters.frames import read_frame
+from minirt.explain import explain
+from minirt.quantities import QUANTITIES
+from reference.diagnose import Diagnosis, diagnose
+from reference.source import Rendering
+from reports.explain_text import explanation_text
+from reports.grade.assignment import Sheet
+from reports.grade.judge import FRAME, Desk, SheetResult, compared
+from reports.grade.submission import Opened
+from reports.json_model import Model, Natural
+from reports.second_opinion import Row, rows_at
+from reports.words import number, values
+
+
+class Line(Model):
+    """One quantity of a pixel, in words."""
+
+    quantity: str
+    stage: str
+    ours: str
+    theirs: str
+    error: str
+    tolerance: str
+    state: str = Field(description="agrees, wrong, or uncertain: not judged")
+
+
+class Closer(Model):
+    """A failing public scene, explained."""
+
+    scene: str
+    stage: str
+    quantity: str
+    rule: str = Field(description="of the lecture: the mistake's, or the quantity's first")
+    mistake: str = Field(description="what explains the failure, in a clause; empty: unknown")
+    name: str = Field(description="of the mistake; empty: unknown")
+    pixel: tuple[Natural, Natural] = Field(description="column from the left, row from the top")
+    lines: tuple[Line, ...]
+    explanation: str
+
+
+def look_closer(
+    desk: Desk, sheet: Sheet, opened: Opened, room: Path, result: SheetResult
+) -> Closer:
+    """Explain a failing scene. Runs in a child process."""
+    scene = sheet.scene
+    frame = read_frame(room / FRAME, (scene.screen.ny, scene.screen.nx))
+    evidence = compared(desk, sheet, opened, Rendering(frame))
+    found = diagnose(evidence)[:1]
+    column, row = result.pixel or (0, 0)
+    rule = QUANTITIES[result.quantity].rules[0]
+    return Closer(
+        scene=scene.name, stage=result.stage, quantity=result.quantity,
+        rule=next((each.rule for each in found if isinstance(each, Diagnosis)), rule),
+        mistake="".join(each.sentence for each in found),
+        name="".join(each.name for each in found),
+        pixel=(column, row),
+        lines=tuple(_line(each) for each in rows_at(row, column, evidence)),
+        explanation=explanation_text(explain(scene, column, row)),
+    )  # fmt: skip
+
+
+def _line(row: Row) -> Line:
+    discrete = QUANTITIES[row.quantity].discrete
+    shown = discrete or not np.isfinite(row.error)
+    state = "uncertain" if np.isnan(row.ratio) else "wrong" if row.wrong else "agrees"
+    return Line(
+        quantity=row.quantity, stage=row.stage, ours=values(row.quantity, list(row.ours)),
+        theirs=values(row.quantity, list(row.theirs)), error="" if shown else number(row.error),
+        tolerance="" if discrete else number(row.tolerance), state=state,
+    )  # fmt: skip

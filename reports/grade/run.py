@@ -1,0 +1,285 @@
+"""Grade a class: every submission on its own, in child processes, whatever the others do."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+
+import converters
+import minirt
+import reference
+import reports
+from converters.atomic import atomic_folder
+from minirt.errors import InputError, MinirtError, ReferenceError
+from reference.isolate import Workers
+from reference.program import sandbox_missing
+from reference.rooms import remove
+from reports.grade.assignment import Assignment, Sheet
+from reports.grade.closer import Closer, look_closer
+from reports.grade.copies import find_copies
+from reports.grade.judge import Desk, SheetResult, State, judge_sheet, prepare
+from reports.grade.record import (
+    ClassRecord,
+    Student,
+    folder_name,
+    kept_student,
+    shown_name,
+    write_json,
+)
+from reports.grade.score import Speaking, days_late, marks_of
+from reports.grade.student_files import write_student
+from reports.grade.submission import Opened, build, digest_of, open_submission
+from reports.run import made_folder
+from reports.subject import GRACE
+
+#: Failing scenes of a student that are explained: the first, and the next of another stage.
+_EXPLAINED = 2
+#: Seconds for what is ours to do with one submission, or with one of its scenes.
+_PATIENCE = 300.0
+
+#: Called with the numbers of students done and of all.
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class _Office:
+    """Where students are graded: the desk, the processes, the folder, what is known beforehand."""
+
+    desk: Desk
+    workers: Workers
+    out: Path
+    speaking: Speaking
+    times: Mapping[str, datetime]
+
+
+def grade_class(
+    students: Mapping[str, Path],
+    desk: Desk,
+    out: Path,
+    jobs: int = 2,
+    times: Mapping[str, datetime] | None = None,
+    progress: Progress | None = None,
+) -> ClassRecord:
+    """Grade every submission, and leave each student's files behind as soon as they are known.
+
+    A run that was ended in the middle goes on where it was: what an earlier run graded under the
+    same rubric, of the same submission, by the same minirt, is taken over.
+
+    Parameters
+    ----------
+    students : mapping of str to Path
+        Submissions by student.
+    desk : Desk
+    out : Path
+        Made where it is not there.
+    jobs : int
+        Child processes, and submissions in work at a time.
+    times : mapping of str to datetime, optional
+        When they were handed in.
+    progress : callable, optional
+
+    Raises
+    ------
+    InputError
+        A part of the rubric that no pixel speaks of, or a folder that cannot be written.
+    ReferenceError
+        minirt itself failed, or a program was handed in and there is no sandbox.
+    """
+    for name in ("students", "staff/state"):
+        made_folder(out / name)
+    with Workers(jobs) as workers:
+        speaking = _prepared(desk, workers)
+        office = _Office(desk, workers, out, speaking, times or {})
+        graded = list(_graded(office, students, jobs, progress))
+    rubric = desk.assignment.rubric
+    return ClassRecord(
+        title=rubric.title, of=rubric.points, students=tuple(graded),
+        copies=find_copies(graded), remarks=tuple(_remarks(desk.assignment, graded)),
+    )  # fmt: skip
+
+
+def _graded(
+    office: _Office, students: Mapping[str, Path], jobs: int, progress: Progress | None
+) -> Iterator[Student]:
+    with ThreadPoolExecutor(jobs) as clerks:
+        started = [
+            clerks.submit(_grade, office, name, path) for name, path in sorted(students.items())
+        ]
+        try:
+            for k, future in enumerate(started, start=1):
+                yield future.result()
+                if progress is not None:
+                    progress(k, len(started))
+        finally:
+            clerks.shutdown(wait=False, cancel_futures=True)
+
+
+def _prepared(desk: Desk, workers: Workers) -> Speaking:
+    """minirt's own answers, computed once, and the parts that each scene speaks of."""
+    sheets = desk.assignment.sheets
+    started = [workers.submit(None, prepare, desk, sheet) for sheet in sheets]
+    speaking = {}
+    for sheet, job in zip(sheets, started, strict=True):
+        outcome = job.outcome()
+        if outcome.state != "done":
+            raise ReferenceError("minirt itself failed", where=sheet.scene.name, got=outcome.reason)
+        speaking[sheet.scene.name, sheet.number] = outcome.value
+    for k, part in enumerate(desk.assignment.rubric.part):
+        if not any(spoken[k] for (_, number), spoken in speaking.items() if number == 0):
+            raise InputError("no pixel of its scenes speaks of a part", where=part.name)
+    return speaking
+
+
+def _grade(office: _Office, name: str, path: Path) -> Student:
+    """One student; what an earlier run has found, if nothing changed."""
+    shown, folder = shown_name(name), folder_name(name)
+    submitted = office.times.get(name)
+    key = _key(office.desk, path, name, submitted)
+    state = office.out / "staff" / "state" / f"{folder}.json"
+    target = office.out / "students" / folder
+    student = kept_student(state, key) if target.is_dir() else None
+    if student is not None:
+        return student
+    with _room() as room:
+        opened, message = _opened(office, path, room)
+        results = _judged(office, opened, room) if opened is not None else ()
+        late = days_late(office.desk.assignment.rubric.late, submitted)
+        student = Student(
+            name=shown, folder=folder, key=key, message=message,
+            kind="nothing" if opened is None else "program" if opened.is_program else "frames",
+            submitted=submitted.isoformat() if submitted else None,
+            marks=marks_of(office.desk.assignment, office.speaking, results, late),
+            results=results,
+            closer=_closer(office, opened, room, results) if opened is not None else (),
+        )  # fmt: skip
+        with atomic_folder(target) as staging:
+            write_student(student, office.desk.assignment, room, staging)
+    write_json(student, state)
+    return student
+
+
+def _opened(office: _Office, path: Path, room: Path) -> tuple[Opened | None, str]:
+    """The submission's files, built where they are to be; or why there is nothing to grade."""
+    desk = office.desk
+    folder = room / "submission"
+    folder.mkdir()
+    rubric = desk.assignment.rubric
+    scenes = [sheet.scene.name for sheet in desk.assignment.sheets if sheet.public]
+    outcome = office.workers.submit(
+        _PATIENCE, open_submission, path.absolute(), folder, scenes, rubric
+    ).outcome()
+    if outcome.state != "done":
+        return None, str(outcome.value) if _said(outcome.value) else outcome.reason
+    opened: Opened = outcome.value
+    if not opened.is_program:
+        return opened, ""
+    reason = sandbox_missing() if desk.sandbox else None
+    if reason:
+        raise ReferenceError(
+            "no sandbox for the programs that were handed in", where=shown_name(path.name),
+            got=reason, expected="bubblewrap, or --no-sandbox where every submission is trusted",
+        )  # fmt: skip
+    patience = rubric.limits.build_seconds + GRACE
+    built = office.workers.submit(patience, build, opened, rubric.limits, desk.sandbox).outcome()
+    fault = built.value if built.state == "done" else f"the build: {built.reason}"
+    return (None, fault) if fault else (opened, "")
+
+
+def _said(value: Any) -> bool:
+    return isinstance(value, MinirtError)
+
+
+def _judged(office: _Office, opened: Opened, room: Path) -> tuple[SheetResult, ...]:
+    """Every scene; of one that a worker did not survive, how it ended."""
+    desk = office.desk
+    sheets = [s for s in desk.assignment.sheets if s.public or opened.is_program]
+    patience = desk.assignment.rubric.limits.seconds + GRACE
+    started = [
+        office.workers.submit(patience, judge_sheet, desk, sheet, opened, place_of(room, sheet))
+        for sheet in sheets
+    ]
+    results = []
+    for sheet, job in zip(sheets, started, strict=True):
+        outcome = job.outcome()
+        if outcome.state == "done":
+            results.append(outcome.value)
+            continue
+        ended: State = "timed out" if outcome.state == "timed out" else "crashed"
+        name, number = sheet.scene.name, sheet.number
+        results.append(SheetResult(scene=name, number=number, state=ended, reason=outcome.reason))
+    return tuple(results)
+
+
+def place_of(room: Path, sheet: Sheet) -> Path:
+    """Where a scene's pictures and frame wait."""
+    return room / "sheets" / f"{sheet.number}-{sheet.scene.name}"
+
+
+def _closer(
+    office: _Office, opened: Opened, room: Path, results: Sequence[SheetResult]
+) -> tuple[Closer, ...]:
+    """The first failing public scenes, one a stage, explained."""
+    sheets = {s.scene.name: s for s in office.desk.assignment.sheets if s.public}
+    wrong: dict[str, SheetResult] = {}
+    for result in results:
+        if result.number == 0 and result.wrong:
+            wrong.setdefault(result.stage, result)
+    started = [
+        office.workers.submit(
+            _PATIENCE, look_closer, office.desk, sheets[result.scene], opened,
+            place_of(room, sheets[result.scene]), result,
+        )
+        for result in list(wrong.values())[:_EXPLAINED]
+    ]  # fmt: skip
+    ended = [job.outcome() for job in started]
+    return tuple(outcome.value for outcome in ended if outcome.state == "done")
+
+
+def _remarks(assignment: Assignment, students: Sequence[Student]) -> Iterator[str]:
+    rubric = assignment.rubric
+    if rubric.late is not None:
+        unknown = [student.name for student in students if student.submitted is None]
+        if unknown:
+            number = f"{len(unknown)} of {len(students)}"
+            yield f"no time is known of {number} submissions; they count as handed in on time"
+    if rubric.hidden is not None and any(s.kind == "frames" for s in students):
+        frames = sum(s.kind == "frames" for s in students)
+        yield f"{frames} submissions are frames, which earn nothing on hidden scenes"
+
+
+def _key(desk: Desk, path: Path, name: str, submitted: datetime | None) -> str:
+    digest = hashlib.sha256(_program().encode())
+    for part in (desk.assignment.sha256, name, digest_of(path), submitted, desk.sandbox):
+        digest.update(str(part).encode(errors="surrogateescape") + b"\0")
+    return digest.hexdigest()
+
+
+@cache
+def _program() -> str:
+    """Everything that marks depend on: our files, and NumPy."""
+    digest = hashlib.sha256(np.__version__.encode())
+    for package in (minirt, converters, reference, reports):
+        for path in sorted(Path(str(package.__file__)).parent.rglob("*")):
+            if path.suffix in (".py", ".j2", ".css"):
+                digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+@contextmanager
+def _room() -> Iterator[Path]:
+    """A folder for one submission, which goes with all that a program left in it."""
+    room = Path(mkdtemp(prefix="minirt-")).resolve()
+    try:
+        yield room
+    finally:
+        remove(room)

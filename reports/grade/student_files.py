@@ -1,0 +1,105 @@
+"""What a student gets: a page, the same as Markdown, and Gradescope's `results.json`.
+
+None of it holds hidden scenes, reference arrays or another student's name.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from reports.grade.assignment import Assignment
+from reports.grade.record import Student
+from reports.grade.words import (
+    closer_in_words,
+    headline,
+    lateness,
+    message_of,
+    part_in_words,
+    points,
+    sheet_in_words,
+)
+
+
+def write_student(student: Student, assignment: Assignment, room: Path, folder: Path) -> None:
+    """Write a student's files into a new folder.
+
+    Parameters
+    ----------
+    student : Student
+    assignment : Assignment
+    room : Path
+        Where the pictures of the scenes wait.
+    folder : Path
+    """
+    texts = {
+        "results.json": json.dumps(gradescope(student), indent=1) + "\n",
+        "report.md": markdown(student, assignment.rubric.title),
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def gradescope(student: Student) -> dict[str, Any]:
+    """Gradescope's `results.json`: a test a part; the score, lateness included, stands above."""
+    marks = student.marks
+    lines = [headline(student), lateness(student), message_of(student)]
+    lines += [f"{each.scene}: {closer_in_words(each)}" for each in student.closer]
+    return {
+        "score": marks.points,
+        "output": "\n\n".join(line for line in lines if line),
+        "output_format": "text",
+        "visibility": "visible",
+        "stdout_visibility": "hidden",
+        "tests": [
+            {
+                "name": part.name,
+                "score": part.points,
+                "max_score": part.of,
+                "status": "passed" if part.points == part.of else "failed",
+                "output": part_in_words(part),
+                "output_format": "text",
+                "visibility": "visible",
+            }
+            for part in marks.parts
+        ],
+    }
+
+
+def markdown(student: Student, title: str) -> str:
+    """A student's page as Markdown."""
+    lines = [f"# {_cell(student.name)}: {headline(student)}", ""]
+    lines += [_cell(title), ""] if title else []
+    lines += [f"- {lateness(student)}", ""] if student.marks.late_days else []
+    if student.message:
+        lines += ["Nothing could be graded:", "", *_code(message_of(student))]
+    lines += ["| part | points | of | |", "|---|---:|---:|---|"]
+    lines += [
+        f"| {_cell(part.name)} | {points(part.points)} | {points(part.of)} "
+        f"| {_cell(part_in_words(part))} |"
+        for part in student.marks.parts
+    ]
+    if student.public:
+        lines += ["", "| scene | |", "|---|---|"]
+        lines += [f"| {_cell(r.scene)} | {_cell(sheet_in_words(r))} |" for r in student.public]
+    for closer in student.closer:
+        column, row = closer.pixel
+        lines += ["", f"## {_cell(closer.scene)}", "", closer_in_words(closer), ""]
+        lines += [f"Column {column} from the left, row {row} from the top:", ""]
+        lines += ["| quantity | right | yours | |", "|---|---|---|---|"]
+        lines += [f"| {x.quantity} | {x.ours} | {x.theirs} | {x.state} |" for x in closer.lines]
+        lines += ["", "How the right answer comes about:", "", *_code(closer.explanation.strip())]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(text: str) -> str:
+    """Text in which no character means anything to Markdown."""
+    return "".join("\\" + c if c in "\\`*_[]<>|#" else c for c in text)
+
+
+def _code(text: str) -> list[str]:
+    fence = "```"
+    while fence in text:
+        fence += "`"
+    return [fence, text, fence, ""]

@@ -1,0 +1,61 @@
+"""The class in files for other programs: `grades.csv`, and JUnit for those who have a CI system."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+from junitparser import Failure, JUnitXml, TestCase, TestSuite
+
+from reports.grade.record import ClassRecord, Student
+from reports.grade.words import message_of, part_in_words, points
+from reports.words import one_line
+
+#: What a spreadsheet takes for the beginning of a formula.
+_FORMULA = ("=", "+", "-", "@")
+
+
+def grades_csv(record: ClassRecord) -> str:
+    """One row a student, one column a part."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    parts = [part.name for part in record.students[0].marks.parts]
+    writer.writerow(
+        ["student", "points", "of", "late_days", "penalty", *map(_text, parts),
+         "kind", "first_wrong_stage", "mistake", "message"]
+    )  # fmt: skip
+    for student in record.students:
+        marks = student.marks
+        writer.writerow(
+            [_text(student.name), points(marks.points), points(marks.of), marks.late_days,
+             points(marks.penalty), *(points(part.points) for part in marks.parts), student.kind,
+             student.stage, _text(student.mistake), _text(one_line(student.message))]
+        )  # fmt: skip
+    return stream.getvalue()
+
+
+def grades_junit(record: ClassRecord) -> str:
+    """A suite a student, a case a part: failed where it does not earn all of its points."""
+    report = JUnitXml("minirt grade")
+    for student in record.students:
+        report.add_testsuite(_suite(student))
+    report.update_statistics()
+    text: str = report.tostring().decode("utf-8")
+    return text
+
+
+def _suite(student: Student) -> TestSuite:
+    suite = TestSuite(one_line(student.name))
+    for part in student.marks.parts:
+        case = TestCase(one_line(part.name), one_line(student.name))
+        if part.points < part.of:
+            message = f"{points(part.points)} of {points(part.of)} points: {part_in_words(part)}"
+            case.result = Failure(message, "marks")
+            case.result[0].text = message_of(student)
+        suite.add_testcase(case)
+    return suite
+
+
+def _text(text: str) -> str:
+    """Text that no spreadsheet computes."""
+    return f"'{text}" if text.startswith(_FORMULA) else text

@@ -1,0 +1,76 @@
+"""A student's results in sentences, the same for the page, for Markdown and for Gradescope."""
+
+from __future__ import annotations
+
+from minirt.quantities import QUANTITIES
+from reports.grade.closer import Closer
+from reports.grade.judge import SheetResult
+from reports.grade.record import Student
+from reports.grade.score import PartMarks
+from reports.rule_names import RULE_NAMES
+from reports.words import count, one_line, plain, share
+
+
+def points(value: float) -> str:
+    """Points without zeros that say nothing: 7.5, 10."""
+    return f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+def headline(student: Student) -> str:
+    """What a student earns, and the first thing to look at."""
+    marks = student.marks
+    text = f"{points(marks.points)} of {points(marks.of)} points"
+    if student.message:
+        return f"{text}: nothing could be graded"
+    if student.mistake:
+        return f"{text}; it {student.mistake}"
+    return f"{text}; the first wrong stage is {student.stage}" if student.stage else text
+
+
+def lateness(student: Student) -> str:
+    """What lateness costs; empty where it costs nothing."""
+    marks = student.marks
+    if not marks.late_days:
+        return ""
+    return (
+        f"{count(marks.late_days, 'begun day')} late: {points(marks.penalty)} of "
+        f"{points(marks.earned)} points"
+    )
+
+
+def part_in_words(part: PartMarks) -> str:
+    """How a part came to its points."""
+    text = f"full marks on {part.full} of {count(part.scenes, 'scene')}"
+    if part.weakest:
+        text += f", least on {part.weakest}"
+    if part.hidden_earned is not None:
+        text += f"; {points(part.hidden_earned)} points come from hidden scenes"
+    return text
+
+
+def sheet_in_words(result: SheetResult) -> str:
+    """What came of one scene, in a clause."""
+    if result.state != "judged":
+        return f"{result.state}: {one_line(result.reason, 400)}"
+    if result.reason:
+        return result.reason
+    if result.wrong:
+        return f"{share(result.wrong, result.certain)} of the pixels wrong, from {result.stage} on"
+    if not any(given for _, _, given, _ in result.tallies.values()):
+        return "nothing given that this assignment asks for"
+    lacking = any(given < asked for _, _, given, asked in result.tallies.values())
+    return "all pixels right, not every quantity given" if lacking else "all pixels right"
+
+
+def closer_in_words(closer: Closer) -> str:
+    """The first wrong stage of a scene, and the rule to look at."""
+    about = QUANTITIES[closer.quantity].about
+    rule = f"rule {closer.rule}: {RULE_NAMES[closer.rule]}"
+    first = f"The first wrong stage is {closer.stage}: {closer.quantity} ({about})."
+    why = f"It {closer.mistake}." if closer.mistake else "None of the known mistakes explains it."
+    return f"{first} {why} The slide says, {rule}."
+
+
+def message_of(student: Student) -> str:
+    """Why nothing could be graded, on as many lines as it has."""
+    return plain(student.message).strip()
