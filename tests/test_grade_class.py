@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import base64
 import csv
+import io
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from grade_class import CLASS, PARTS, TOTAL, Submission, write_class
 from junitparser import JUnitXml
+from PIL import Image
 
 from reference.cache import Cache
 from reports.grade import run
 from reports.grade.assignment import read_assignment
 from reports.grade.files import write_class as write_reports
 from reports.grade.judge import Desk
-from reports.grade.record import ClassRecord, Student
+from reports.grade.pages import class_html, student_html
+from reports.grade.record import ClassRecord, Student, folder_name, shown_name
 from reports.grade.run import grade_class
 from reports.grade.submission import students_in
+from reports.grade.tables import grades_csv
 from reports.grade.times import read_times
 
 
@@ -138,3 +144,72 @@ def test_a_run_goes_on_where_it_was(graded: Graded, monkeypatch: pytest.MonkeyPa
     again = graded.again()
     assert opened == ["lars"]
     assert again == graded.record  # the same submission, the same marks
+
+
+def own_files(graded: Graded, student: Student) -> str:
+    folder = graded.out / "students" / student.folder
+    paths = sorted(folder.rglob("*"))
+    assert {path.name for path in paths} == {"report.html", "report.md", "results.json"}
+    return "".join(path.read_text(encoding="utf-8") for path in paths)
+
+
+def test_a_page_says_what_is_wrong_and_where(graded: Graded) -> None:
+    page = (graded.out / "students" / "nadia" / "report.html").read_text(encoding="utf-8")
+    for words in (
+        "31.94 of 36 points", "agrees with rule S16 with s on the incident side",
+        "The slide, rule <b>S16</b>: refracted direction ϱ", "full marks on 0 of 2 scenes",
+        "the viewing frame", "✗ wrong",
+    ):  # fmt: skip
+        assert words in page
+    assert page.count("<img ") == 3 * (8 + 1)  # three a scene, and of the one explained again
+    assert "<script" not in page
+
+
+def test_no_student_finds_another_in_their_files(graded: Graded) -> None:
+    names = [student.name for student in graded.record.students]
+    for student in graded.record.students:
+        text = re.sub(r"base64,[A-Za-z0-9+/=]+", "", own_files(graded, student))
+        others = [n for n in names if n != student.name and re.search(rf"\b{n}\b", text)]
+        assert others == []
+        assert student.name in text
+        assert "copied" not in text
+        assert "bit for bit" not in text
+
+
+def test_no_student_finds_reference_arrays_in_their_files(graded: Graded) -> None:
+    """Pictures of values are of 250 colours at most; numbers are those of two pixels."""
+    for student in graded.record.students:
+        text = own_files(graded, student)
+        data = [base64.b64decode(each) for each in re.findall(r"base64,([A-Za-z0-9+/=]+)", text)]
+        assert all(Image.open(io.BytesIO(png)).mode == "P" for png in data)
+        assert len(student.closer) <= 2
+        numbers = re.findall(r"-?\d+\.\d{5,}", re.sub(r"base64,[A-Za-z0-9+/=]+", "", text))
+        assert len(numbers) < 2500
+
+
+def test_the_class_page_names_mistakes_parts_and_copies(graded: Graded) -> None:
+    page = (graded.out / "staff" / "class.html").read_text(encoding="utf-8")
+    for words in ("light-not-negated", "mirrors", "katya and sven share the same numbers", "élodie",
+                  "leads out of the archive", "../students/nadia/report.html"):  # fmt: skip
+        assert words in page
+    links = re.findall(r'href="([^"]+)"', page)
+    assert len(links) == 20
+    assert all((graded.out / "staff" / link).resolve().is_file() for link in links)
+
+
+def test_names_that_are_markup_formulas_or_paths_do_nothing(graded: Graded) -> None:
+    names = ['<img src=x onerror="alert(1)">', "=HYPERLINK(1)", "..", "a/b", "\udce9", "x" * 300]
+    folders = [folder_name(name) for name in names]
+    assert len(set(folders)) == len(names)
+    assert all(re.fullmatch(r"[A-Za-z0-9_-]+", folder) for folder in folders)
+    (first, *_) = graded.record.students
+    students = tuple(
+        first.model_copy(update={"name": shown_name(name), "folder": folder})
+        for name, folder in zip(names, folders, strict=True)
+    )
+    record = graded.record.model_copy(update={"students": students, "copies": ()})
+    assert "<img" not in class_html(record)
+    rows = list(csv.reader(io.StringIO(grades_csv(record))))
+    assert [row[0][:1] for row in rows[1:3]] == ["<", "'"]
+    page = student_html(students[0], "t", {s.scene: graded.out for s in students[0].results})
+    assert "<img src=x" not in page

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -11,10 +12,13 @@ from grade_class import SUBJECTS, honest, small
 
 from converters.frames import write_frame
 from minirt.errors import InputError, ReferenceError
+from minirt.explain import explain
 from reference.cache import Cache
 from reports.cli import run as minirt
+from reports.explain_text import explanation_text
 from reports.grade import run
 from reports.grade.assignment import read_assignment
+from reports.grade.hidden import variant
 from reports.grade.judge import Desk
 from reports.grade.record import ClassRecord, Student
 from reports.grade.run import grade_class
@@ -47,8 +51,12 @@ def program(folder: Path, name: str, code: str, extra: str = "") -> Path:
 
 
 @pytest.fixture(scope="module")
-def record(tmp_path_factory: pytest.TempPathFactory) -> ClassRecord:
-    folder = tmp_path_factory.mktemp("programs")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("programs")
+
+
+@pytest.fixture(scope="module")
+def record(folder: Path) -> ClassRecord:
     (folder / "rubric.toml").write_text(RUBRIC, encoding="utf-8")
     text = json.dumps(small(SCENE).to_dict())
     (folder / f"{SCENE}.json").write_text(text, encoding="utf-8")
@@ -86,6 +94,29 @@ def test_an_answer_copied_from_the_public_scene_fails_the_hidden_one(record: Cla
     said = [copy for copy in record.copies if copy.students == ("copier",)]
     assert any(copy.kind == "unchanging" for copy in said)
     assert "does not read its scene" in said[0].sentence
+
+
+def digits(text: str) -> set[str]:
+    """The first digits of every long number."""
+    return {number[:9] for number in re.findall(r"\d\.\d{7,}", text)}
+
+
+def test_no_page_of_a_student_holds_a_hidden_scene(record: ClassRecord, folder: Path) -> None:
+    public = small(SCENE)
+    hidden = variant(public, 7, 1)
+    told = explanation_text(explain(hidden, 24, 18)) + hidden.canonical_json
+    secret = digits(told) - digits(explanation_text(explain(public, 24, 18)))
+    assert len(secret) > 20
+    files = [path for path in (folder / "out" / "students").rglob("*") if path.is_file()]
+    assert len(files) == 3 * len(record.students)
+    for path in files:
+        text = path.read_text(encoding="utf-8")
+        assert digits(text) & secret == set(), path
+        assert "seed" not in text
+        assert hidden.sha256 not in text
+    copier = (folder / "out" / "students" / "copier" / "report.md").read_text(encoding="utf-8")
+    assert "0 points come from hidden scenes" in copier
+    assert copier.count(SCENE) == 1  # of the public one
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from converters.atomic import atomic_file
+from reports.grade.pages import class_html
 from reports.grade.record import ClassRecord, write_json
 from reports.grade.tables import grades_csv, grades_junit
 
@@ -13,6 +14,7 @@ from reports.grade.tables import grades_csv, grades_junit
 REPORTS: dict[str, Callable[[ClassRecord], str]] = {
     "grades.csv": grades_csv,
     "staff/junit.xml": grades_junit,
+    "staff/class.html": class_html,
 }
 
 

@@ -163,7 +163,8 @@ def _grade(office: _Office, name: str, path: Path) -> Student:
             closer=_closer(office, opened, room, results) if opened is not None else (),
         )  # fmt: skip
         with atomic_folder(target) as staging:
-            write_student(student, office.desk.assignment, room, staging)
+            places = {sheet.scene.name: place_of(room, sheet) for sheet in _public(office)}
+            write_student(student, office.desk.assignment.rubric.title, places, staging)
     write_json(student, state)
     return student
 
@@ -174,7 +175,7 @@ def _opened(office: _Office, path: Path, room: Path) -> tuple[Opened | None, str
     folder = room / "submission"
     folder.mkdir()
     rubric = desk.assignment.rubric
-    scenes = [sheet.scene.name for sheet in desk.assignment.sheets if sheet.public]
+    scenes = [sheet.scene.name for sheet in _public(office)]
     outcome = office.workers.submit(
         _PATIENCE, open_submission, path.absolute(), folder, scenes, rubric
     ).outcome()
@@ -220,6 +221,10 @@ def _judged(office: _Office, opened: Opened, room: Path) -> tuple[SheetResult, .
     return tuple(results)
 
 
+def _public(office: _Office) -> list[Sheet]:
+    return [sheet for sheet in office.desk.assignment.sheets if sheet.public]
+
+
 def place_of(room: Path, sheet: Sheet) -> Path:
     """Where a scene's pictures and frame wait."""
     return room / "sheets" / f"{sheet.number}-{sheet.scene.name}"
@@ -229,7 +234,7 @@ def _closer(
     office: _Office, opened: Opened, room: Path, results: Sequence[SheetResult]
 ) -> tuple[Closer, ...]:
     """The first failing public scenes, one a stage, explained."""
-    sheets = {s.scene.name: s for s in office.desk.assignment.sheets if s.public}
+    sheets = {sheet.scene.name: sheet for sheet in _public(office)}
     wrong: dict[str, SheetResult] = {}
     for result in results:
         if result.number == 0 and result.wrong:

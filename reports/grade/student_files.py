@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from reports.grade.assignment import Assignment
+from reports.grade.pages import student_html
 from reports.grade.record import Student
 from reports.grade.words import (
     closer_in_words,
@@ -22,20 +22,22 @@ from reports.grade.words import (
 )
 
 
-def write_student(student: Student, assignment: Assignment, room: Path, folder: Path) -> None:
+def write_student(student: Student, title: str, places: dict[str, Path], folder: Path) -> None:
     """Write a student's files into a new folder.
 
     Parameters
     ----------
     student : Student
-    assignment : Assignment
-    room : Path
-        Where the pictures of the scenes wait.
+    title : str
+        The assignment's.
+    places : dict of str to Path
+        By public scene, where its pictures wait.
     folder : Path
     """
     texts = {
         "results.json": json.dumps(gradescope(student), indent=1) + "\n",
-        "report.md": markdown(student, assignment.rubric.title),
+        "report.md": markdown(student, title),
+        "report.html": student_html(student, title, places),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")

@@ -62,13 +62,23 @@ def sheet_in_words(result: SheetResult) -> str:
     return "all pixels right, not every quantity given" if lacking else "all pixels right"
 
 
+def all_right(result: SheetResult) -> bool:
+    """Whether a scene has nothing wrong and nothing missing."""
+    complete = all(given == asked for _, _, given, asked in result.tallies.values())
+    return result.state == "judged" and not (result.wrong or result.reason) and complete
+
+
+def mistake_of(closer: Closer) -> str:
+    """What explains a failing scene, in a sentence."""
+    return f"It {closer.mistake}." if closer.mistake else "None of the known mistakes explains it."
+
+
 def closer_in_words(closer: Closer) -> str:
     """The first wrong stage of a scene, and the rule to look at."""
     about = QUANTITIES[closer.quantity].about
     rule = f"rule {closer.rule}: {RULE_NAMES[closer.rule]}"
     first = f"The first wrong stage is {closer.stage}: {closer.quantity} ({about})."
-    why = f"It {closer.mistake}." if closer.mistake else "None of the known mistakes explains it."
-    return f"{first} {why} The slide says, {rule}."
+    return f"{first} {mistake_of(closer)} The slide says, {rule}."
 
 
 def message_of(student: Student) -> str:
