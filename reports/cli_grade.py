@@ -60,6 +60,7 @@ def grade(
     from reports.grade.assignment import read_assignment
     from reports.grade.files import write_class
     from reports.grade.judge import Desk
+    from reports.grade.kit import write_kit
     from reports.grade.run import grade_class
     from reports.grade.submission import students_in
     from reports.grade.times import read_times
@@ -74,6 +75,7 @@ def grade(
             students, Desk(assignment, usual_cache(), not no_sandbox), out, jobs, known, tell
         )
     write_class(record, out)
+    write_kit(assignment, rubric, out / "staff" / "gradescope")
     _print(record, out, people() if json else answers())
     if json:
         print_json(record.model_dump(mode="json"))
