@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,10 @@ from reference.mutants import CATALOGUE
 from reference.traceability import TRACED
 from reports.grade.assignment import read_assignment
 from reports.grade.parts import credit, quantities_of
+from reports.grade.rubric import Bounds, Hidden, Late, Part, Rubric
+from reports.grade.submission import Manifest
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 GOOD = """
 title = "Spheres"
@@ -94,3 +100,23 @@ def test_a_rule_is_judged_wherever_a_known_mistake_in_it_shows_first(rule: str) 
 )
 def test_partial_credit_is_linear(share: float, earned: float) -> None:
     assert credit(share, full=1.0, zero=0.9) == pytest.approx(earned)
+
+
+def readme_blocks() -> list[str]:
+    section = README.partition("## Grading a class")[2].partition("\n## ")[0]
+    return re.findall(r"^```toml\n(.*?)^```", section, re.MULTILINE | re.DOTALL)
+
+
+def test_the_readmes_files_are_taken(tmp_path: Path) -> None:
+    manifest, rubric = readme_blocks()
+    got = read_assignment(written(rubric, tmp_path))
+    assert got.rubric.points == 15
+    assert [sheet.number for sheet in got.sheets] == [0, 0, 1, 1]
+    assert Manifest.model_validate(tomllib.loads(manifest)).build == "make"
+
+
+def test_every_key_of_a_rubric_is_in_the_readme() -> None:
+    section = README.partition("| key of the rubric |")[2].partition("\n\n")[0]
+    named = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\|([^|]*)\|", section, re.M))))
+    keys = {key for model in (Rubric, Part, Hidden, Late, Bounds) for key in model.model_fields}
+    assert named == keys
