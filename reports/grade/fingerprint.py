@@ -1,8 +1,8 @@
 """Hashes of a frame's numbers, where they say anything about who computed them.
 
-Two honest programs hardly share the last bits of colours, or of many quantities, in float64.
-They do share a depth now and then, and the right answer rounded to float32 nearly always: such
-numbers accuse nobody.
+Two honest programs hardly share the last bits of many quantities in float64. They do share those
+of a depth or a colour, and the right answer rounded to float32 nearly always: such numbers accuse
+nobody.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES
 
-#: So many quantities, or the colour, tell programs apart.
+#: So many quantities tell programs apart.
 _ENOUGH = 6
 
 
@@ -28,7 +28,7 @@ def fingerprint(ours: Frame, theirs: Frame) -> tuple[str, bool]:
         only then.
     """
     names = [n for n in QUANTITIES if n in theirs and not QUANTITIES[n].discrete and n != "alpha"]
-    if len(names) < _ENOUGH and "color" not in names:
+    if len(names) < _ENOUGH:
         return "", False
     numbers = _hash(theirs, names, np.float64)
     if _hash(theirs, names, np.float32) != numbers:
