@@ -1,0 +1,92 @@
+"""`minirt grade` as it is typed: its streams, its exit status, and a run that is killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from grade_class import honest, mutant, small
+
+from converters.frames import write_frame
+from reports.cli import run
+
+SCENE = "ball-on-quad"
+RUBRIC = f"""
+scenes = ["{SCENE}.json"]
+limits = {{ seconds = 300 }}
+[[part]]
+name = "shadows"
+points = 3
+rules = ["S12"]
+"""
+COMMAND = ["grade", "in", "--rubric", "rubric.toml", "-o", "out", "-j", "1"]
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rubric.toml").write_text(RUBRIC, encoding="utf-8")
+    (tmp_path / f"{SCENE}.json").write_text(json.dumps(small(SCENE).to_dict()), encoding="utf-8")
+    for name, frame in (("ana", honest(SCENE)), ("ben", mutant("light-not-negated", SCENE))):
+        (tmp_path / "in" / name).mkdir(parents=True)
+        write_frame(frame, tmp_path / "in" / name / f"{SCENE}.npz")
+    return tmp_path
+
+
+def test_grading_is_told_and_is_no_failure(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(COMMAND) == 0
+    said = capsys.readouterr()
+    assert "2 students graded, of 3 points" in said.out
+    assert "agrees with rule S12 with l in the place of −l" in " ".join(said.out.split())
+    assert run([*COMMAND, "--json"]) == 0
+    said = capsys.readouterr()
+    document = json.loads(said.out)
+    assert [each["name"] for each in document["students"]] == ["ana", "ben"]
+    assert document["students"][0]["marks"]["points"] == 3
+    assert document["students"][1]["marks"]["points"] < 3
+    assert "2 students graded" in said.err
+    kept = json.loads((place / "out" / "staff" / "grades.json").read_text(encoding="utf-8"))
+    assert kept == document
+
+
+def test_a_killed_run_goes_on_where_it_was(place: Path) -> None:
+    """The second student's program never ends; the run is killed while it is at it."""
+    zoe = place / "in" / "zoe"
+    zoe.mkdir()
+    command = f"{sys.executable} wait.py {{scene}} {{out}}"
+    (zoe / "minirt.toml").write_text(f'run = "{command}"\n', encoding="utf-8")
+    (zoe / "wait.py").write_text("import time; time.sleep(600)\n", encoding="utf-8")
+    code = "from reports.cli import main; main()"
+    state = place / "out" / "staff" / "state"
+    with subprocess.Popen(
+        [sys.executable, "-c", code, *COMMAND], stdout=subprocess.DEVNULL, start_new_session=True
+    ) as grading:
+        until = time.monotonic() + 120
+        while not (state / "ben.json").exists() and time.monotonic() < until:
+            assert grading.poll() is None
+            time.sleep(0.1)
+        os.killpg(grading.pid, signal.SIGKILL)
+    assert {path.name for path in state.iterdir()} >= {"ana.json", "ben.json"}
+    assert not (state / "zoe.json").exists()
+    before = (state / "ana.json").stat().st_mtime_ns
+    shutil.rmtree(zoe)
+    assert run(COMMAND) == 0
+    assert (state / "ana.json").stat().st_mtime_ns == before
+    grades = (place / "out" / "grades.csv").read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[:2] for row in grades[1:2]] == [["ana", "3"]]
+
+
+def test_another_rubric_makes_other_marks(place: Path) -> None:
+    assert run(COMMAND) == 0
+    (place / "rubric.toml").write_text(RUBRIC.replace("points = 3", "points = 7"), encoding="utf-8")
+    assert run(COMMAND) == 0
+    grades = (place / "out" / "grades.csv").read_text(encoding="utf-8").splitlines()
+    assert grades[1].startswith("ana,7,7,")
