@@ -7,13 +7,17 @@ import csv
 import io
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
+from browser import chromium
 from grade_class import CLASS, PARTS, TOTAL, Submission, write_class
 from junitparser import JUnitXml
 from PIL import Image
+from playwright.sync_api import Browser
 
 from reference.cache import Cache
 from reports.grade import run
@@ -213,3 +217,26 @@ def test_names_that_are_markup_formulas_or_paths_do_nothing(graded: Graded) -> N
     assert [row[0][:1] for row in rows[1:3]] == ["<", "'"]
     page = student_html(students[0], "t", {s.scene: graded.out for s in students[0].results})
     assert "<img src=x" not in page
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.mark.parametrize("name", ["students/katya", "students/olga", "students/ana", "staff"])
+def test_pages_are_for_everybody_in_light_and_dark_wide_and_narrow(
+    name: str, graded: Graded, browser: Browser
+) -> None:
+    path = graded.out / name / ("class.html" if name == "staff" else "report.html")
+    for scheme, width in (("light", 1200), ("dark", 390)):
+        context = browser.new_context(viewport={"width": width, "height": 900}, bypass_csp=True)
+        page = context.new_page()
+        page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
+        page.goto(path.as_uri())
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.evaluate("[...document.images].every((each) => each.naturalWidth > 0)")
+        found = Axe().run(page).response["violations"]
+        assert [(v["id"], v["nodes"][0]["html"]) for v in found] == []
+        context.close()
