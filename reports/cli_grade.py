@@ -62,8 +62,9 @@ def grade(
     from reports.grade.judge import Desk
     from reports.grade.kit import write_kit
     from reports.grade.run import grade_class
-    from reports.grade.submission import students_in
+    from reports.grade.submission import left_aside, students_in
     from reports.grade.times import read_times
+    from reports.words import listed, one_line
 
     assignment = read_assignment(rubric)
     students = students_in(submissions)
@@ -74,6 +75,10 @@ def grade(
         record = grade_class(
             students, Desk(assignment, usual_cache(), not no_sandbox), out, jobs, known, tell
         )
+    aside = [one_line(name, 60) for name in left_aside(submissions)]
+    if aside:
+        note = f"not graded, for they are no folders and no archives that we read: {listed(aside)}"
+        record = record.model_copy(update={"remarks": (*record.remarks, note)})
     write_class(record, out)
     write_kit(assignment, rubric, out / "staff" / "gradescope")
     _print(record, out, people() if json else answers())

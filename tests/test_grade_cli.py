@@ -84,6 +84,24 @@ def test_a_killed_run_goes_on_where_it_was(place: Path) -> None:
     assert [row.split(",")[:2] for row in grades[1:2]] == [["ana", "3"]]
 
 
+def test_names_of_all_kinds_are_graded_and_other_files_named(
+    place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = ["\udce9", "=1+1", "<b>bold", "x\ny", "-rf", "a b", "$(id)"]
+    for name in names:
+        shutil.copytree(place / "in" / "ana", place / "in" / name)
+    (place / "in" / "late.rar").write_bytes(b"Rar!")
+    assert run([*COMMAND, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert len(document["students"]) == len(names) + 2
+    marks = [each["marks"]["points"] for each in document["students"] if each["name"] != "ben"]
+    assert marks == [3] * 8
+    folders = {path.name for path in (place / "out" / "students").iterdir()}
+    assert folders == {each["folder"] for each in document["students"]}
+    assert len(folders) == len(names) + 2
+    assert "no archives that we read: late.rar" in document["remarks"][0]
+
+
 def test_another_rubric_makes_other_marks(place: Path) -> None:
     assert run(COMMAND) == 0
     (place / "rubric.toml").write_text(RUBRIC.replace("points = 3", "points = 7"), encoding="utf-8")

@@ -38,7 +38,7 @@ points = 10
 RUN = f'run = "{sys.executable} tracer.py {{scene}} {{out}}"\nout_as = "npz"\n'
 COPIER = "import shutil, sys; shutil.copy(sys.path[0] + '/stored.npz', sys.argv[2])\n"
 HANGING = "import time; time.sleep(600)\n"
-CRASHING = "import os; os.abort()\n"
+CRASHING = "import os; print('my last words', flush=True); os.abort()\n"
 LINK = "import os, sys; os.symlink('/etc/passwd', sys.argv[2])\n"
 
 
@@ -128,6 +128,17 @@ def test_a_hostile_program_costs_its_own_marks(name: str, words: str, record: Cl
     assert found.marks.points == 0
     assert all(words in result.reason for result in found.results)
     assert len(found.results) == 2
+    assert all("minirt-" not in result.reason for result in found.results)  # our folders' names
+
+
+def test_a_crash_is_shown_with_its_last_words_of_public_scenes(
+    record: ClassRecord, folder: Path
+) -> None:
+    public, hidden = student(record, "crashing").results
+    assert "my last words" in public.output
+    assert hidden.output == ""
+    page = folder / "out" / "students" / "crashing" / "report.html"
+    assert "my last words" in page.read_text(encoding="utf-8")
 
 
 def test_a_build_that_fails_is_shown_with_its_last_output(record: ClassRecord) -> None:

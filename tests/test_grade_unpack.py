@@ -173,3 +173,9 @@ def test_a_link_in_the_place_of_a_submission_is_not_followed(place: Path) -> Non
     (place / "student").symlink_to(place / "room")
     with pytest.raises(InputError, match="symbolic link"):
         take(place / "student", place / "room" / "inside")
+
+
+def test_a_pipe_in_the_place_of_a_submission_is_not_opened(place: Path) -> None:
+    os.mkfifo(place / "student.zip")
+    with pytest.raises(InputError, match="neither a folder nor a file"):
+        take(place / "student.zip", place / "room" / "inside")

@@ -7,14 +7,12 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from converters.frames import read_frame
 from minirt.explain import explain
 from minirt.quantities import QUANTITIES
 from reference.diagnose import Diagnosis, diagnose
-from reference.source import Rendering
 from reports.explain_text import explanation_text
 from reports.grade.assignment import Sheet
-from reports.grade.judge import FRAME, Desk, SheetResult, compared
+from reports.grade.judge import Desk, SheetResult, judged_again
 from reports.grade.submission import Opened
 from reports.json_model import Model, Natural
 from reports.second_opinion import Row, rows_at
@@ -52,8 +50,7 @@ def look_closer(
 ) -> Closer:
     """Explain a failing scene. Runs in a child process."""
     scene = sheet.scene
-    frame = read_frame(room / FRAME, (scene.screen.ny, scene.screen.nx))
-    evidence = compared(desk, sheet, opened, Rendering(frame))
+    evidence = judged_again(desk, sheet, opened, room)
     found = diagnose(evidence)[:1]
     column, row = result.pixel or (0, 0)
     rule = QUANTITIES[result.quantity].rules[0]

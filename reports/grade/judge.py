@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -10,13 +9,15 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from converters.frames import write_frame
+from converters.frames import read_frame, write_frame
 from minirt.errors import MinirtError
 from minirt.quantities import QUANTITIES, STAGES
 from reference.cache import Cache
 from reference.compare import CERTAIN_FLOOR, Comparison, compare
+from reference.isolate import Outcome
 from reference.precision import Claim, Precision, declared
-from reference.source import NoAnswer, Rendering, Unsupported
+from reference.rooms import remove
+from reference.source import Crashed, Rendering, Unsupported
 from reference.verify import Evidence
 from reports.grade.assignment import Assignment, Sheet
 from reports.grade.draw import draw
@@ -27,8 +28,10 @@ from reports.json_model import Model, Natural
 
 #: The formats in which numbers come: of .npz, and of everything else.
 _HANDED: tuple[Precision, ...] = ("float64", "float32")
-#: Where a frame with a wrong pixel in it waits for whoever looks closer.
-FRAME = "frame.npz"
+#: Characters of a program's last output that are kept.
+_OUTPUT = 2000
+#: Where a program's frame with a wrong pixel in it waits for whoever looks closer.
+_FRAME = "frame.npz"
 
 State = Literal["judged", "no frame", "crashed", "timed out"]
 
@@ -40,6 +43,7 @@ class SheetResult(Model):
     number: Natural = Field(description="0: public; 1 and more: its hidden variants")
     state: State
     reason: str = ""
+    output: str = Field(default="", description="a program's last words where it gave no answer")
     tallies: dict[int, tuple[Natural, Natural, Natural, Natural]] = Field(
         default={}, description="by part: pixels judged and right, quantities given and asked for"
     )
@@ -86,29 +90,54 @@ def prepare(desk: Desk, sheet: Sheet) -> tuple[bool, ...]:
 def judge_sheet(desk: Desk, sheet: Sheet, opened: Opened, room: Path) -> SheetResult:
     """Judge a submission on a scene.
 
-    Of a public scene, pictures stay in the room, and the frame where anything in it is wrong.
+    Of a public scene, pictures stay in the room, and a program's frame where it is wrong.
+
+    Raises
+    ------
+    MinirtError, Unsupported
+        There is no frame that could be judged, and why.
     """
     scene, rubric = sheet.scene, desk.assignment.rubric
     subject = subject_of(opened, scene, rubric.limits, desk.sandbox)
     room.mkdir(parents=True)
     try:
         rendering = subject.render(scene, room)
-    except NoAnswer as error:
-        state: State = "no frame" if error.state == "failed" else error.state
-        return SheetResult(scene=scene.name, number=sheet.number, state=state, reason=str(error))
-    except (MinirtError, Unsupported) as error:
-        return SheetResult(
-            scene=scene.name, number=sheet.number, state="no frame", reason=str(error)
-        )
     finally:
-        shutil.rmtree(room / "room", ignore_errors=True)
+        remove(room / "room")
     seen = compared(desk, sheet, opened, rendering)
     result = _result(desk, sheet, opened, seen)
     if sheet.public:
         draw(seen, result.quantity, room)
-        if result.wrong:
-            write_frame(rendering.frame, room / FRAME)
+        if result.wrong and opened.is_program:
+            write_frame(rendering.frame, room / _FRAME)
     return result
+
+
+def judged_again(desk: Desk, sheet: Sheet, opened: Opened, room: Path) -> Evidence:
+    """What `judge_sheet` has seen of a public scene where something is wrong; runs no program."""
+    scene = sheet.scene
+    if opened.is_program:
+        frame = read_frame(room / _FRAME, (scene.screen.ny, scene.screen.nx))
+        return compared(desk, sheet, opened, Rendering(frame))
+    subject = subject_of(opened, scene, desk.assignment.rubric.limits, desk.sandbox)
+    return compared(desk, sheet, opened, subject.render(scene, room))
+
+
+def without_frame(sheet: Sheet, opened: Opened, outcome: Outcome) -> SheetResult:
+    """What came of a scene that `judge_sheet` has raised on, or not survived."""
+    found = outcome.value
+    state: State = "crashed"
+    if "timed out" in (outcome.state, getattr(found, "state", "")):
+        state = "timed out"
+    elif isinstance(found, MinirtError | Unsupported) and not isinstance(found, Crashed):
+        state = "no frame"
+    said = isinstance(found, MinirtError | Unsupported)
+    reason = str(found) if said else outcome.reason
+    return SheetResult(
+        scene=sheet.scene.name, number=sheet.number, state=state,
+        reason=reason.replace(str(opened.folder), "the submission"),
+        output=outcome.output[-_OUTPUT:] if sheet.public else "",
+    )  # fmt: skip
 
 
 def compared(desk: Desk, sheet: Sheet, opened: Opened, rendering: Rendering) -> Evidence:

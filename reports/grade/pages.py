@@ -84,7 +84,7 @@ def class_html(record: ClassRecord) -> str:
 def _sheet(result: SheetResult, place: Path) -> dict[str, Any]:
     return {
         "name": result.scene, "words": sheet_in_words(result), "good": all_right(result),
-        "pictures": _three(place),
+        "pictures": _three(place), "output": result.output.strip(),
     }  # fmt: skip
 
 

@@ -11,7 +11,6 @@ from datetime import datetime
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ from reference.rooms import remove
 from reports.grade.assignment import Assignment, Sheet
 from reports.grade.closer import Closer, look_closer
 from reports.grade.copies import find_copies
-from reports.grade.judge import Desk, SheetResult, State, judge_sheet, prepare
+from reports.grade.judge import Desk, SheetResult, judge_sheet, prepare, without_frame
 from reports.grade.record import (
     ClassRecord,
     Student,
@@ -180,7 +179,10 @@ def _opened(office: _Office, path: Path, room: Path) -> tuple[Opened | None, str
         _PATIENCE, open_submission, path.absolute(), folder, scenes, rubric
     ).outcome()
     if outcome.state != "done":
-        return None, str(outcome.value) if _said(outcome.value) else outcome.reason
+        said = str(outcome.value) if isinstance(outcome.value, MinirtError) else outcome.reason
+        return None, said.replace(f"{path.absolute()}", path.name).replace(
+            f"{folder}", "submission"
+        )
     opened: Opened = outcome.value
     if not opened.is_program:
         return opened, ""
@@ -194,10 +196,6 @@ def _opened(office: _Office, path: Path, room: Path) -> tuple[Opened | None, str
     built = office.workers.submit(patience, build, opened, rubric.limits, desk.sandbox).outcome()
     fault = built.value if built.state == "done" else f"the build: {built.reason}"
     return (None, fault) if fault else (opened, "")
-
-
-def _said(value: Any) -> bool:
-    return isinstance(value, MinirtError)
 
 
 def _judged(office: _Office, opened: Opened, room: Path) -> tuple[SheetResult, ...]:
@@ -214,10 +212,8 @@ def _judged(office: _Office, opened: Opened, room: Path) -> tuple[SheetResult, .
         outcome = job.outcome()
         if outcome.state == "done":
             results.append(outcome.value)
-            continue
-        ended: State = "timed out" if outcome.state == "timed out" else "crashed"
-        name, number = sheet.scene.name, sheet.number
-        results.append(SheetResult(scene=name, number=number, state=ended, reason=outcome.reason))
+        else:
+            results.append(without_frame(sheet, opened, outcome))
     return tuple(results)
 
 

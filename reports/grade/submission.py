@@ -92,6 +92,17 @@ def students_in(folder: Path) -> dict[str, Path]:
     return found
 
 
+def left_aside(folder: Path) -> list[str]:
+    """Names of what lies among the submissions and is none: perhaps an archive of another kind."""
+    return [
+        path.name
+        for path in sorted(folder.iterdir())
+        if not path.is_dir()
+        and not path.name.startswith(".")
+        and not path.name.lower().endswith(SUFFIXES)
+    ]
+
+
 def digest_of(path: Path) -> str:
     """SHA-256 of all that a submission holds; of one that will be refused, of why."""
     digest = hashlib.sha256()

@@ -57,6 +57,8 @@ def take(submission: Path, folder: Path) -> None:
     """
     if submission.is_symlink():
         raise InputError("a symbolic link, which is not followed", expected="a folder or archive")
+    if not (submission.is_dir() or submission.is_file()):
+        raise InputError("neither a folder nor a file", expected="a folder or archive")
     try:
         if submission.is_dir():
             _copy(submission, folder)
