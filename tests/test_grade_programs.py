@@ -159,6 +159,9 @@ def test_frames_earn_nothing_on_hidden_scenes_and_that_is_said(record: ClassReco
         ("run = 'x {out}'", "does not say what to read"),
         ("run = '\"'", "not a command"),
         ("run = '../../bin/sh {scene} {out}'", "outside the submission"),
+        ("run = 'cat /etc/passwd {scene} {out}'", "outside the submission; got /etc/passwd"),
+        ("run = 'cat /usr/../etc/passwd {scene} {out}'", "outside the submission"),
+        ("run = 'cat {tmp}/rubric.toml {scene} {out}'", "outside the submission"),
         ("precision = 'half'", "a precision that this assignment does not take; got half"),
         ("precision = 'float32'", "neither a program nor a frame"),
         ("runs = 1", "there is no such key"),
@@ -172,6 +175,7 @@ def test_frames_earn_nothing_on_hidden_scenes_and_that_is_said(record: ClassReco
 def test_a_bad_manifest_is_one_sentence(text: str, words: str, tmp_path: Path) -> None:
     for name in ("in", "out"):
         (tmp_path / name).mkdir()
+    text = text.replace("{tmp}", str(tmp_path))
     (tmp_path / "in" / "minirt.toml").write_text(text, encoding="utf-8")
     (tmp_path / "rubric.toml").write_text(RUBRIC, encoding="utf-8")
     (tmp_path / f"{SCENE}.json").write_text(json.dumps(small(SCENE).to_dict()), encoding="utf-8")

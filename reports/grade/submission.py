@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shlex
+import sys
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,6 +27,8 @@ from reports.words import plain
 #: The file that says how a submission is built and run.
 MANIFEST = "minirt.toml"
 _LONGEST = 64 * 2**10
+#: What every program sees in the sandbox.
+_SHOWN = ("/usr", "/bin", "/sbin", "/opt")
 #: Folders that hold nothing but one other folder, which are passed on the way to the content.
 _WRAPPINGS = 3
 
@@ -156,7 +160,7 @@ def build(opened: Opened, bounds: Bounds, sandbox: bool) -> str:
         return ""
     seconds = bounds.build_seconds
     limits = _limits(bounds, seconds)
-    command = ["sh", "-c", opened.manifest.build]
+    command = ["sh", "-c", f"\n{opened.manifest.build}"]  # a path alone would become visible
     ended = run_program(command, opened.folder, limits, sandbox)
     return f"the build {ended.reason}\n{ended.output}".strip() if ended.reason else ""
 
@@ -193,17 +197,26 @@ def _words(command: str, folder: Path) -> list[str]:
             "the command does not say what to read and where to write", where=f"{MANIFEST}: run",
             got=repr(command)[:200], expected="as 'PROGRAM {scene} {out}'",
         )  # fmt: skip
-    own = folder.resolve()
-    found = []
-    for k, word in enumerate(words):
+    return [_word(word, folder.resolve(), first=k == 0) for k, word in enumerate(words)]
+
+
+def _word(word: str, own: Path, first: bool) -> str:
+    """A word, absolute where it names a file of the submission.
+
+    The sandbox shows each file that its command names. So no word may name one that is neither
+    the submission's nor shown anyway: the rubric, say, or what somebody else has handed in.
+    """
+    if word.startswith("-") or "{" in word:
+        return word
+    if word.startswith("/"):
+        place, homes = Path(word), [Path(home) for home in (*_SHOWN, sys.prefix, sys.base_prefix)]
+        allowed = any(Path(os.path.normpath(place)).is_relative_to(home) for home in homes)
+    else:
         place = own / word.removeprefix("./")
-        named = "{" not in word and not word.startswith(("-", "/")) and place.exists()
-        leaves = ".." in Path(word).parts or (named and not place.resolve().is_relative_to(own))
-        if leaves and not word.startswith("-"):
-            raise InputError("a file outside the submission", where=f"{MANIFEST}: run", got=word)
-        makes_it = k == 0 and word.startswith("./")
-        found.append(str(place) if named or makes_it else word)
-    return found
+        allowed = place.resolve().is_relative_to(own)
+    if not allowed or ".." in place.parts:
+        raise InputError("a file outside the submission", where=f"{MANIFEST}: run", got=word[:200])
+    return str(place) if place.exists() or (first and word.startswith("./")) else word
 
 
 def _root(folder: Path, scenes: Sequence[str]) -> Path:
