@@ -10,7 +10,7 @@ from reports.grade.judge import SheetResult
 from reports.grade.record import Copy, Student
 from reports.words import count, listed
 
-#: The share of the scenes of whoever gave fewer that must be the same.
+#: The share of the frames, of whoever gave fewer, that must be the same.
 _ENOUGH = 0.5
 
 
@@ -23,10 +23,10 @@ def _identical(students: Sequence[Student]) -> Iterator[Copy]:
     by_hash: dict[tuple[str, str], list[str]] = defaultdict(list)
     given: dict[str, int] = {}
     for student in students:
-        numbered = [result for result in student.public if result.numbers]
-        given[student.name] = len(numbered)
-        for result in numbered:
-            by_hash[result.scene, result.numbers].append(student.name)
+        given[student.name] = sum(result.state == "judged" for result in student.public)
+        for result in student.public:
+            if result.numbers:
+                by_hash[result.scene, result.numbers].append(student.name)
     shared: dict[tuple[str, str], list[str]] = defaultdict(list)
     for (scene, _), names in by_hash.items():
         for pair in combinations(sorted(names), 2):
@@ -65,7 +65,7 @@ def _groups(pairs: dict[tuple[str, str], list[str]]) -> list[list[str]]:
 def _references(students: Sequence[Student]) -> Iterator[Copy]:
     for student in students:
         own = [result.scene for result in student.results if result.ours]
-        judged = sum(bool(result.numbers) for result in student.results)
+        judged = sum(result.state == "judged" for result in student.results)
         if own and len(own) >= _ENOUGH * judged:
             scenes = tuple(sorted(set(own)))
             yield Copy(

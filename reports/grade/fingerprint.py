@@ -39,6 +39,18 @@ def fingerprint(ours: Frame, theirs: Frame) -> tuple[str, bool]:
     return numbers if signed else "", signed
 
 
+def is_rounded(frame: Frame) -> bool:
+    """Whether every number of a frame is one of float32, in whatever file it came."""
+    numbers = [array for array in frame.arrays.values() if array.dtype == np.float64]
+    return bool(numbers) and all(_is_rounded(array) for array in numbers)
+
+
+def _is_rounded(array: Array) -> bool:
+    with np.errstate(over="ignore"):
+        same = array.astype(np.float32).astype(np.float64) == array
+    return bool((same | np.isnan(array)).all())
+
+
 def _hash(frame: Frame, names: list[str], step: type) -> str:
     digest = hashlib.sha256()
     for name in names:

@@ -21,7 +21,7 @@ from reference.source import Crashed, Rendering, Unsupported
 from reference.verify import Evidence
 from reports.grade.assignment import Assignment, Sheet
 from reports.grade.draw import draw
-from reports.grade.fingerprint import fingerprint
+from reports.grade.fingerprint import fingerprint, is_rounded
 from reports.grade.parts import Tally, speaks_of, tally
 from reports.grade.submission import Opened, subject_of
 from reports.json_model import Model, Natural
@@ -144,6 +144,8 @@ def compared(desk: Desk, sheet: Sheet, opened: Opened, rendering: Rendering) -> 
     """What a submission has rendered beside minirt's answer, under what it claims."""
     scene, rubric = sheet.scene, desk.assignment.rubric
     subject = subject_of(opened, scene, rubric.limits, desk.sandbox)
+    if is_rounded(rendering.frame):
+        subject = replace(subject, claim=replace(subject.claim, handed="float32"))
     exact = desk.cache.exact(scene)
     error = replace(subject.declare(scene), derivation="")
     stability = desk.cache.stability(exact, error, rubric.quantities)

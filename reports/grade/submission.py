@@ -18,7 +18,6 @@ from minirt.scene import Scene
 from reference.precision import Claim, Precision
 from reference.program import Limits, plain_files, run_program
 from reference.renderers.external import CommandSubject, FramesSubject, OutAs, SceneAs
-from reference.source import Reference
 from reports.grade.rubric import Bounds, Rubric, first_fault
 from reports.grade.unpack import MOST_BYTES, SUFFIXES, take
 from reports.json_model import Model
@@ -165,7 +164,9 @@ def build(opened: Opened, bounds: Bounds, sandbox: bool) -> str:
     return f"the build {ended.reason}\n{ended.output}".strip() if ended.reason else ""
 
 
-def subject_of(opened: Opened, scene: Scene, bounds: Bounds, sandbox: bool) -> Reference:
+def subject_of(
+    opened: Opened, scene: Scene, bounds: Bounds, sandbox: bool
+) -> CommandSubject | FramesSubject:
     """A submission as the gate judges it."""
     manifest = opened.manifest
     if not manifest.run:
