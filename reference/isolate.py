@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from multiprocessing.context import BaseContext
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import Any, Literal, NoReturn
 
 from pebble import ProcessExpired, ProcessFuture, ProcessPool
@@ -24,6 +24,8 @@ from reference.processes import SET_PDEATHSIG, prctl
 
 #: The status of a process that its job ended with status 0.
 _SILENT = 240
+#: Bytes of a folder's name that leave room for a socket's in it: 108 less `pymp-…/listener-…`.
+_LONGEST = 108 - 36
 #: Packages of which a new process has what the starting one has.
 _OURS = frozenset(("minirt", "converters", "reference", "reports"))
 #: Bytes of a job's last output that are kept for the report.
@@ -122,8 +124,11 @@ def _context() -> BaseContext:
     """Processes forked from one that has imported what of ours this one has, and nothing else.
 
     It has run no job, holds no renderer's library and has no threads: its forks start as clean as
-    new interpreters, in a twentieth of their time.
+    new interpreters, in a twentieth of their time. It is spoken to through a socket in the folder
+    for temporary files; where that has too long a name for one, there are new interpreters.
     """
+    if len(os.fsencode(gettempdir())) > _LONGEST:
+        return multiprocessing.get_context("spawn")
     ours = [name for name in sys.modules if name.partition(".")[0] in _OURS]
     multiprocessing.set_forkserver_preload([*ours, "reference.ends_with_starter"])
     return multiprocessing.get_context("forkserver")

@@ -146,6 +146,23 @@ def test_a_job_ends_with_whoever_waits_for_it(tmp_path: Path) -> None:
         time.sleep(0.05)
 
 
+def test_a_long_name_of_the_temporary_folder_is_no_obstacle(tmp_path: Path) -> None:
+    long = tmp_path / ("x" * 120)
+    long.mkdir()
+    code = (
+        "from reference.isolate import Workers\nfrom test_reference_isolate import fine, run\n"
+        "if __name__ == '__main__': print(run(fine, 21).value)"
+    )
+    script = tmp_path / "long.py"
+    script.write_text(code, encoding="utf-8")
+    paths = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
+    environment = {**os.environ, "PYTHONPATH": paths, "TMPDIR": str(long)}
+    done = subprocess.run(
+        [sys.executable, str(script)], env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert done.stdout == "42\n", done.stderr
+
+
 def test_last_output_of_the_dead_is_kept_and_cut() -> None:
     outcome = run(abort)
     assert outcome.output.endswith("LLVM ERROR: Cannot select: fmaximum\n")

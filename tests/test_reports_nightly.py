@@ -84,6 +84,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 @pytest.fixture
 def night(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Night:
     """Run a night on one small scene against `honest`; from a commit."""
+    monkeypatch.delenv("MINIRT_REQUIRE", raising=False)
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MINIRT_HISTORY", raising=False)
     scene = tmp_path / "ball.json"
