@@ -117,7 +117,9 @@ def begun(out: Path, settings: SettingsModel) -> Iterator[Night]:
     folder = _new_folder(out, now)
     with _locked(folder / _LOCK, wait=True):
         note = NightModel(
-            started=now.isoformat(timespec="seconds"), seed=secrets.randbits(32), settings=settings
+            started=now.isoformat(timespec="microseconds"),
+            seed=secrets.randbits(32),
+            settings=settings,
         )
         night = Night(folder, note)
         night.save()
