@@ -146,12 +146,13 @@ def _row(name: str, pixel: tuple[int, int], evidence: Evidence) -> Row:
     quantity = QUANTITIES[name]
     ours, theirs = evidence.ours[name], evidence.theirs[name]
     tolerance = evidence.stability.tolerance.get(name)
+    here = tuple(slice(k, k + 1) for k in pixel)
     return Row(
         quantity=name,
         stage=quantity.stage,
         ours=tuple(np.atleast_1d(ours[pixel]).astype(float).tolist()),
         theirs=tuple(np.atleast_1d(theirs[pixel]).astype(float).tolist()),
-        error=float(error_of(quantity, ours, theirs)[pixel]),
+        error=float(error_of(quantity, ours[here], theirs[here])[0, 0]),
         tolerance=0.0 if tolerance is None else float(tolerance[pixel]),
         ratio=float(evidence.comparison.ratio[name][pixel]),
     )
