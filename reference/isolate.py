@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
 import traceback
@@ -80,7 +81,8 @@ class Workers:
     def submit(self, timeout: float | None, job: Callable[..., Any], *args: Any) -> Job:
         """Run ``job(*args)`` in a child, for at most `timeout` seconds."""
         log = Path(self._logs.name) / f"{next(self._numbers)}.log"
-        given = [str(log), dict(os.environ), job, args]
+        # Here and now: the pool would do it in a thread of its own, while this one changes things.
+        given = [str(log), dict(os.environ), pickle.dumps((job, args))]
         future = self._pool.schedule(_run, args=given, timeout=timeout)
         return Job(future, log, timeout)
 
@@ -134,14 +136,13 @@ def _context() -> BaseContext:
     return multiprocessing.get_context("forkserver")
 
 
-def _run(
-    log: str, environment: dict[str, str], job: Callable[..., Any], args: tuple[Any, ...]
-) -> Any:
+def _run(log: str, environment: dict[str, str], pickled: bytes) -> Any:
     os.environ.clear()
     os.environ.update(environment)
     prctl(SET_PDEATHSIG, signal.SIGKILL)  # nobody is left to hear an answer
     with _output_into(log), _no_silent_exit():
         try:
+            job, args = pickle.loads(pickled)  # noqa: S301 - this run's own
             return job(*args)
         except MinirtError:  # says all there is to say
             raise
