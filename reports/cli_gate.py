@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from datetime import date, timedelta
 from enum import StrEnum
@@ -11,12 +10,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.console import Json, MutantsOption, answers, people, print_json, progress
+from reports.console import (
+    CORES,
+    JobsOption,
+    Json,
+    MutantsOption,
+    ScenesArgument,
+    answers,
+    people,
+    print_json,
+    progress,
+)
 from reports.history_option import HistoryOption, NoHistoryOption, known_before, opened, recorded
 from reports.subject import Subject, takes_subject
 
 if TYPE_CHECKING:
-    from minirt.scene import Scene
     from reference.cache import Cache
     from reports.baseline import Baseline
     from reports.record import Run
@@ -35,10 +43,7 @@ class Language(StrEnum):
 
 @takes_subject
 def gate(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
-    ] = None,
+    scenes: ScenesArgument = None,
     *,
     subject: Subject,
     quantities: Annotated[
@@ -62,9 +67,7 @@ def gate(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where the reports go.")
     ] = Path("report"),
-    jobs: Annotated[
-        int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
-    ] = len(os.sched_getaffinity(0)),
+    jobs: JobsOption = CORES,
     mutants: MutantsOption = None,
     no_cache: Annotated[
         bool, typer.Option("--no-cache", help="Compute minirt's own frames anew.")
@@ -88,10 +91,9 @@ def gate(
     It is given scenes, never minirt's frames. Every quantity that it gives is compared where the
     exact answer is stable under the error that it declares; there not one pixel may be wrong.
     """
-    from minirt import load_scene
     from minirt.render import chosen_quantities
-    from minirt.scene import atlas_names
     from reference.diagnose import diagnose
+    from reports.choice import distinct_scenes, scene_names
     from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
@@ -103,9 +105,7 @@ def gate(
     judged, last = subject.reference(), _until(until)
     chosen = chosen_quantities(quantities or None)
     required = _required(require, chosen)
-    named = scenes or [f"atlas:{name}" for name in atlas_names()]
-    loaded = [load_scene(scene) for scene in named]
-    require_distinct(loaded)
+    loaded = distinct_scenes(scenes)
     for scene in loaded:
         judged.declare(scene)  # refused before anything is rendered
     known = _baseline(baseline, update)
@@ -124,7 +124,7 @@ def gate(
             )  # fmt: skip
         status = recorded(run, kept)
     print_run(run, people() if json else answers())
-    _look_closer(run, dict(zip(map(id, loaded), named, strict=True)), subject)
+    _look_closer(run, dict(zip(map(id, loaded), scene_names(scenes), strict=True)), subject)
     if json:
         print_json(results_document(run))
     if update and baseline is not None and known is not None:
@@ -173,22 +173,6 @@ def _required(require: str, chosen: tuple[str, ...]) -> tuple[str, ...]:
             expected="only what --quantities names, or no --quantities",
         )  # fmt: skip
     return required
-
-
-def require_distinct(scenes: list[Scene]) -> None:
-    """Frames, and entries of a baseline, go by a scene's name.
-
-    Raises
-    ------
-    InputError
-        Two scenes of one name.
-    """
-    from minirt.errors import InputError
-
-    names = [scene.name for scene in scenes]
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise InputError("two scenes have the same name", got=", ".join(sorted(twice))[:200])
 
 
 def usual_cache() -> Cache:

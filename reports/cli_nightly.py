@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.console import Json, RequireOption, answers, names_in, people, print_json, progress
+from reports.console import (
+    CORES,
+    JobsOption,
+    Json,
+    RequireOption,
+    ScenesArgument,
+    answers,
+    names_in,
+    people,
+    print_json,
+    progress,
+)
 from reports.history_option import FILE, HistoryOption
 
 if TYPE_CHECKING:
@@ -24,10 +35,7 @@ _UNITS = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}
 
 
 def nightly(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
-    ] = None,
+    scenes: ScenesArgument = None,
     reference: Annotated[
         str, typer.Option(metavar="NAMES", help="Renderers to compare with, as for verify.")
     ] = "",
@@ -50,9 +58,7 @@ def nightly(
             "MINIRT_NIGHT, the night's folder, are in its environment.",
         ),
     ] = "",
-    jobs: Annotated[
-        int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
-    ] = len(os.sched_getaffinity(0)),
+    jobs: JobsOption = CORES,
     timeout: Annotated[
         int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
     ] = 300,
@@ -64,8 +70,7 @@ def nightly(
     Each night has a folder, DIR/index.html shows them all. A night that was killed goes on with
     what is missing when the same command runs again within a day.
     """
-    from minirt import load_scene
-    from minirt.scene import atlas_names
+    from reports.choice import chosen_scenes
     from reports.cli_mutants import chosen_mutants
     from reports.cli_verify import references_of
     from reports.history import History as Store
@@ -77,7 +82,7 @@ def nightly(
     chosen, required = references_of(names_in(reference), names_in(require))
     named = names_in(mutants)
     chosen_mutants(named)
-    loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
+    loaded = chosen_scenes(scenes)
     job = Job(loaded, chosen, required, seconds, tuple(named), jobs, timeout)
     target = history or str(made_folder(out) / FILE)
     with Store(target) as kept, begun(made_folder(out), _settings(job)) as night:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from reports.console import Json, answers, names_in, print_json, progress
+from reports.console import (
+    CORES,
+    JobsOption,
+    Json,
+    ScenesArgument,
+    answers,
+    names_in,
+    print_json,
+    progress,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,10 +51,6 @@ pack = typer.Typer(
     help="Write reference images that prove themselves: minirt pack [SCENES] -o DIR.",
 )  # fmt: skip
 
-ScenesArgument = Annotated[
-    list[str] | None,
-    typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
-]
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="A pack.")]
 ReferenceOption = Annotated[
     str,
@@ -62,10 +66,6 @@ MustOption = Annotated[
         "--require", metavar="NAMES", help="Renderers without whose answer there is no pack."
     ),
 ]
-JobsOption = Annotated[
-    int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
-]
-_CORES = len(os.sched_getaffinity(0))
 
 
 @pack.command(epilog="Example: minirt pack atlas:one-sphere atlas:glass-ball -o pack")
@@ -74,7 +74,7 @@ def make(
     scenes: ScenesArgument = None,
     reference: ReferenceOption = "",
     require: MustOption = "",
-    jobs: JobsOption = _CORES,
+    jobs: JobsOption = CORES,
     json: Json = False,
 ) -> None:
     """Render scenes, have them confirmed, and write a pack.
@@ -83,11 +83,12 @@ def make(
     uncertain; manifest.json has the SHA-256 of everything, who confirms each quantity, and the
     tolerances. The same pack has the same bytes on every machine.
     """
+    from reports.choice import distinct_scenes
     from reports.pack import make_pack
 
     chosen, required = _references(reference, require)
     with progress("pack") as tell:
-        manifest = make_pack(_loaded(scenes), out, chosen, required, jobs, tell)
+        manifest = make_pack(distinct_scenes(scenes), out, chosen, required, jobs, tell)
     if json:
         print_json(manifest.model_dump(mode="json"))
     else:
@@ -95,7 +96,7 @@ def make(
 
 
 @pack.command(epilog="Example: minirt pack verify pack")
-def verify(folder: FolderArgument, jobs: JobsOption = _CORES, json: Json = False) -> None:
+def verify(folder: FolderArgument, jobs: JobsOption = CORES, json: Json = False) -> None:
     """Render a pack's scenes again and compare bit by bit; exit status 1 on one flipped bit."""
     from reports.pack import differences
     from reports.words import count, one_line
@@ -128,7 +129,7 @@ def approve(
     ] = None,
     reference: ReferenceOption = "",
     require: MustOption = "",
-    jobs: JobsOption = _CORES,
+    jobs: JobsOption = CORES,
     json: Json = False,
 ) -> None:
     """Replace frames of a pack on purpose, with a record of who, why, and the hashes."""
@@ -152,27 +153,20 @@ def approve(
 def _anew(folder: Path, only: Only, scenes: list[str] | None, jobs: int) -> list[Scene]:
     """The scenes that are to be rendered and confirmed anew."""
     from minirt import load_scene
+    from reports.choice import distinct_scenes
     from reports.pack import differences, read_manifest
 
     manifest = read_manifest(folder)
     packed = {entry.name: folder / entry.folder / "scene.json" for entry in manifest.scenes}
-    lacking = [s for s in _loaded(scenes) if s.name not in packed] if only != Only.failing else []
+    lacking = (
+        [s for s in distinct_scenes(scenes) if s.name not in packed] if only != Only.failing else []
+    )
     if only is Only.missing:
         return lacking
     if only is Only.failing:
         differing = {each.scene for each in differences(folder, jobs)}
         packed = {name: path for name, path in packed.items() if name in differing}
     return [load_scene(path) for path in packed.values()] + lacking
-
-
-def _loaded(scenes: list[str] | None) -> list[Scene]:
-    from minirt import load_scene
-    from minirt.scene import atlas_names
-    from reports.cli_gate import require_distinct
-
-    loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
-    require_distinct(loaded)
-    return loaded
 
 
 def _references(named: str, required: str) -> tuple[Sequence[Reference], tuple[str, ...]]:

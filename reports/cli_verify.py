@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from reports.console import (
+    CORES,
+    JobsOption,
     Json,
     MutantsOption,
     RequireOption,
+    ScenesArgument,
     answers,
     names_in,
     people,
@@ -25,10 +27,7 @@ if TYPE_CHECKING:
 
 
 def verify(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
-    ] = None,
+    scenes: ScenesArgument = None,
     reference: Annotated[
         str,
         typer.Option(
@@ -42,9 +41,7 @@ def verify(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where the reports go.")
     ] = Path("report"),
-    jobs: Annotated[
-        int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
-    ] = len(os.sched_getaffinity(0)),
+    jobs: JobsOption = CORES,
     timeout: Annotated[
         int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
     ] = 300,
@@ -57,15 +54,14 @@ def verify(
 
     Renders every scene here and there, compares every quantity and leaves a report.
     """
-    from minirt import load_scene
-    from minirt.scene import atlas_names
+    from reports.choice import chosen_scenes
     from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
     from reports.terminal import print_run
 
     chosen, required = references_of(names_in(reference), names_in(require))
-    loaded = [load_scene(s) for s in scenes or [f"atlas:{name}" for name in atlas_names()]]
+    loaded = chosen_scenes(scenes)
     kills = None if mutants is None else read_kills(mutants)
     with opened(history, no_history, out) as kept:
         before = known_before(kept, loaded, chosen)

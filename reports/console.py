@@ -39,6 +39,16 @@ SceneArgument = Annotated[
     str, typer.Argument(help="A scene's JSON file, - for standard input, or atlas:NAME.")
 ]
 
+ScenesArgument = Annotated[
+    list[str] | None,
+    typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
+]
+JobsOption = Annotated[
+    int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
+]
+#: Processors that this process may use.
+CORES = len(os.sched_getaffinity(0))
+
 RequireOption = Annotated[
     str,
     typer.Option(

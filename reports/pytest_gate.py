@@ -78,18 +78,15 @@ class _Gate(pytest.Collector):
     """All tests of one implementation."""
 
     def collect(self) -> list[pytest.Item]:
-        from minirt import load_scene
         from minirt.errors import MinirtError
         from minirt.render import chosen_quantities
-        from minirt.scene import atlas_names
-        from reports.cli_gate import require_distinct
+        from reports.choice import distinct_scenes
         from reports.console import names_in
 
         chosen = names_in(_option(self.config, "scenes"))
         try:
             subject = _subject(self.config).reference()
-            scenes = [load_scene(s) for s in chosen or [f"atlas:{n}" for n in atlas_names()]]
-            require_distinct(scenes)
+            scenes = distinct_scenes(chosen)
             names = chosen_quantities(_option(self.config, "quantities") or None)
             for scene in scenes:
                 subject.declare(scene)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from reports.history.difference import KINDS, Difference, Moved
 from reports.history.text import (
     cell_in_words,
@@ -15,23 +13,16 @@ from reports.history.text import (
     sentence_of,
     verdict_of,
 )
-from reports.words import count, plain
+from reports.page_template import template
+from reports.words import count
 
 #: Cells of a page; more of one kind are counted, not shown.
 MOST_CELLS = 2000
 
 
-def rendered(template: str, **facts: Any) -> str:
+def rendered(name: str, **facts: Any) -> str:
     """A page from its template; whatever is put in is shown as text."""
-    environment = Environment(
-        loader=PackageLoader("reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        finalize=lambda value: plain(value) if type(value) is str else value,
-    )
-    return environment.get_template(template).render(**facts, count=count)
+    return template(name).render(**facts, count=count)
 
 
 def compare_html(found: Difference) -> str:
