@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 from fake_references import HOSTILE
 from history_runs import document, entry, sorted_cells, whole, with_cell
 from history_writers import READY, append_many
-from postgres_server import PASSWORD, Server, running
+from postgres_server import PASSWORD, Server
 from report_runs import empty_run, good_run, troubled_run
 
 from minirt.errors import InputError
@@ -20,21 +19,6 @@ from reports.before import Point, Standing
 from reports.history import History, entry_of, read_entry
 from reports.record import results_document, results_json
 from reports.words import plain
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    with running() as found:
-        yield found
-
-
-@pytest.fixture(params=["sqlite", "postgresql"])
-def target(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """An empty place for a history, of each kind."""
-    if request.param == "sqlite":
-        return str(tmp_path / "history.sqlite")
-    found: Server = request.getfixturevalue("server")
-    return found.fresh()
 
 
 @pytest.mark.parametrize("made", [good_run, troubled_run, empty_run])

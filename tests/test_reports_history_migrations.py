@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
-from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from history_runs import entry, whole
 from history_writers import READY, append_many
-from postgres_server import Server, running
 from sqlalchemy import inspect
 
 from minirt.errors import InputError
@@ -35,20 +33,6 @@ def upgrade() -> None:
     op.add_column("minirt_runs", sa.Column("place", sa.Text, server_default="here"))
     {more}
 """
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[Server]:
-    with running() as found:
-        yield found
-
-
-@pytest.fixture(params=["sqlite", "postgresql"])
-def target(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    if request.param == "sqlite":
-        return str(tmp_path / "history.sqlite")
-    found: Server = request.getfixturevalue("server")
-    return found.fresh()
 
 
 @pytest.fixture

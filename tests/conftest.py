@@ -1,0 +1,25 @@
+"""What several files of tests are given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from postgres_server import Server, running
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    """A PostgreSQL of the tests' own."""
+    with running() as found:
+        yield found
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def target(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """An empty place for a history, of each kind."""
+    if request.param == "sqlite":
+        return str(tmp_path / "history.sqlite")
+    found: Server = request.getfixturevalue("server")
+    return found.fresh()
