@@ -154,26 +154,34 @@ class Patches:
         return Patches(*(np.take(value, index, axis=-1) for value in vars(self).values()))
 
 
-def may_cross(P0: Floats, d: Floats, patches: Patches, pad: float) -> Bools:
-    """Whether n lines P0 + t·d (3, n) may meet c patches inside their boxes, grown by a pad.
+def may_cross(
+    P0: Floats, d: Floats, patches: Patches, pad: float, t0: Floats, limit: Floats
+) -> Bools:
+    """Whether n rays P0 + t·d (3, n), t0 ≤ t ≤ limit (n,), may meet c patches inside their boxes.
 
-    The crossings come from matrix products, which round as they like: some 2⁻⁴⁴ of the largest
-    coordinate in play at the angles where culling is done, less than what the boxes are padded by,
-    unless the plane is met at a small angle; there the answer is yes.
+    The boxes and the interval are grown by a pad. The crossings come from matrix products, which
+    round as they like: some 2⁻⁴⁴ of the largest coordinate in play at the angles where culling is
+    done, less than the pad, unless the plane is met at a small angle; there the answer is yes.
 
     Returns
     -------
     (c, n) bool
     """
     low, high = (patches.lower - pad)[:, :, None], (patches.upper + pad)[:, :, None]
+    length = norm(d)
     slope = patches.N.T @ d
-    steep = np.abs(slope) > _GRAZING * np.outer(norm(patches.N), norm(d))
-    t = (patches.offset[:, None] - patches.N.T @ P0) / np.where(steep, slope, 1.0)
-    within = np.ones(t.shape, dtype=np.bool_)
+    steep = np.abs(slope) > np.outer(_GRAZING * norm(patches.N), length)
+    t = patches.offset[:, None] - patches.N.T @ P0
+    np.divide(t, slope, out=t, where=steep)
+    slack = pad / length
+    within: Bools = (t >= t0 - slack) & (t <= limit + slack)
     for k in range(3):
-        X = P0[k] + t * d[k]
-        within &= (low[k] <= X) & (high[k] >= X)
-    return within | ~steep
+        X = t * d[k]
+        X += P0[k]
+        within &= low[k] <= X
+        within &= high[k] >= X
+    within |= ~steep
+    return within
 
 
 def may_touch(P0: Floats, d: Floats, C: Floats, R: Floats) -> Bools:

@@ -148,8 +148,11 @@ class _Query:
     def _near(self, patches: Patches, reach: float) -> _Cull:
         pad = padding(self.P0, reach)
         return lambda rays, which: np.nonzero(
-            may_cross(self.P0[:, rays], self.d[:, rays], patches.take(which), pad)
-        )
+            may_cross(
+                self.P0[:, rays], self.d[:, rays], patches.take(which), pad,
+                self.t0[rays], self.limit[rays],
+            )
+        )  # fmt: skip
 
     def _culled(
         self, tree: Tree, cull: _Cull, object_: Ints, face: Ints | None
