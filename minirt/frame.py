@@ -15,6 +15,17 @@ from minirt.quantities import QUANTITIES
 Array = NDArray[Any]
 
 
+def planes(array: Array) -> list[Array]:
+    """An image's components, (ny, nx) each, of (ny, nx) or (ny, nx, k)."""
+    return [array] if array.ndim == 2 else [array[..., k] for k in range(array.shape[2])]
+
+
+def has_numbers(array: Array) -> NDArray[np.bool_]:
+    """Where every component of an image (ny, nx) or (ny, nx, k) is a finite number, (ny, nx)."""
+    numbers: NDArray[np.bool_] = np.logical_and.reduce([*map(np.isfinite, planes(array))])
+    return numbers
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame(Mapping[str, Array]):
     """Quantities of one image, by name; any subset of the table in `minirt.quantities`.

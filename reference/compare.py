@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from minirt.frame import Array, Frame
+from minirt.frame import Array, Frame, has_numbers, planes
 from minirt.quantities import QUANTITIES, STAGES, Quantity, Stage
 from minirt.scene import Scene
 from minirt.vectors import Bools, Floats
@@ -105,11 +105,14 @@ class Comparison:
         Error over tolerance: NaN where it was not judged, +inf for a discrete mismatch.
     first_stage : (ny, nx) int8
         Number of the first wrong stage in `STAGES`; −1 where nothing is wrong.
+    error : dict of str to (ny, nx) float64
+        On every pixel, judged or not: see `error_of`.
     """
 
     checks: tuple[Check, ...]
     ratio: dict[str, Floats] = field(default_factory=dict)
     first_stage: Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int8))
+    error: dict[str, Floats] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -153,18 +156,20 @@ def compare(
         Whether whole pictures are compared too, by SSIM and FLIP, beside the pixels.
     """
     names = tuple(names)
-    ratios = {
-        name: _ratio(QUANTITIES[name], ours[name], theirs[name], stability)
+    errors = {
+        name: error_of(QUANTITIES[name], ours[name], theirs[name])
         for name in names
         if name in theirs and theirs[name].shape == ours[name].shape
     }
+    ratios = {name: _ratio(name, error, stability) for name, error in errors.items()}
     first_stage = _first_wrong_stage(ratios, ours.size)
     floor = scene.floor[0] if scene.floor else CERTAIN_FLOOR
     checks = []
     for name in names:
         stage = QUANTITIES[name].stage
         if name in ratios:
-            check = _check(name, ours, theirs, stability, ratios[name], first_stage, floor)
+            worst = _worst(name, ours, theirs, stability, ratios[name], errors[name])
+            check = _check(name, ours, stability, ratios[name], first_stage, floor, worst)
             checks.append(_with_pictures(check, ours, theirs, stability) if pictures else check)
         elif name in theirs:
             got = "×".join(map(str, theirs[name].shape[1::-1]))
@@ -176,7 +181,7 @@ def compare(
             if name in required:
                 lacking, reason = "failed", f"required, and {lacking}: {reason}"
             checks.append(Check(name, stage, lacking, reason))
-    return Comparison(tuple(checks), ratios, first_stage)
+    return Comparison(tuple(checks), ratios, first_stage, errors)
 
 
 def without_answer(names: Any, state: State, reason: str) -> tuple[Check, ...]:
@@ -192,21 +197,21 @@ def error_of(quantity: Quantity, ours: Array, theirs: Array) -> Floats:
     """
     if quantity.discrete:
         return np.where(ours == theirs, 0.0, np.inf)
-    a, b = (v.reshape(*v.shape[:2], -1) for v in (ours, theirs))
-    ours_finite, theirs_finite = np.isfinite(a).all(axis=2), np.isfinite(b).all(axis=2)
+    pairs = list(zip(planes(ours), planes(theirs), strict=True))
+    ours_finite, theirs_finite = has_numbers(ours), has_numbers(theirs)
     with np.errstate(invalid="ignore", over="ignore"):
-        error = np.sqrt(((a - b) ** 2).sum(axis=2))
-    none = ~ours_finite & ((a == b) | (np.isnan(a) & np.isnan(b))).all(axis=2)
+        error = np.sqrt(sum((a - b) ** 2 for a, b in pairs))
+    same = np.logical_and.reduce([(a == b) | (np.isnan(a) & np.isnan(b)) for a, b in pairs])
+    none = ~ours_finite & same
     return np.where(ours_finite & theirs_finite, error, np.where(none, 0.0, np.inf))
 
 
-def _ratio(quantity: Quantity, ours: Array, theirs: Array, stability: Stability) -> Floats:
-    error = error_of(quantity, ours, theirs)
-    if not quantity.discrete:
+def _ratio(name: str, error: Floats, stability: Stability) -> Floats:
+    if not QUANTITIES[name].discrete:
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(np.isinf(error), error, error / stability.tolerance[quantity.name])
+            ratio = np.where(np.isinf(error), error, error / stability.tolerance[name])
         error = np.where(error == 0, 0.0, np.where(np.isnan(ratio), np.inf, ratio))
-    return np.where(stability.certain[quantity.name], error, np.nan)
+    return np.where(stability.certain[name], error, np.nan)
 
 
 def _first_wrong_stage(ratios: Mapping[str, Floats], size: tuple[int, int]) -> Array:
@@ -219,8 +224,8 @@ def _first_wrong_stage(ratios: Mapping[str, Floats], size: tuple[int, int]) -> A
 
 
 def _check(
-    name: str, ours: Frame, theirs: Frame, stability: Stability,
-    ratio: Floats, first_stage: Array, floor: float,
+    name: str, ours: Frame, stability: Stability, ratio: Floats, first_stage: Array, floor: float,
+    worst: Worst | None,
 ) -> Check:  # fmt: skip
     quantity = QUANTITIES[name]
     certain: Bools = stability.certain[name]
@@ -237,7 +242,7 @@ def _check(
         floor=floor,
         wrong=int(wrong.sum()),
         first_wrong=int((wrong & (first_stage == here)).sum()),
-        worst=_worst(quantity, ours[name], theirs[name], stability, ratio),
+        worst=worst,
     )
     return _judged(check)
 
@@ -296,24 +301,23 @@ def _fault(check: Check) -> str:
 def _has_value(quantity: Quantity, values: Array) -> Bools:
     if quantity.discrete:
         return np.ones(values.shape, dtype=np.bool_)
-    flat = values.reshape(*values.shape[:2], -1)
-    return np.asarray(np.isfinite(flat).all(axis=2))
+    return has_numbers(values)
 
 
 def _worst(
-    quantity: Quantity, ours: Array, theirs: Array, stability: Stability, ratio: Floats
+    name: str, ours: Frame, theirs: Frame, stability: Stability, ratio: Floats, error: Floats
 ) -> Worst | None:
     if np.isnan(ratio).all():
         return None
     row, column = np.unravel_index(int(np.nanargmax(ratio)), ratio.shape)
     pixel = (int(row), int(column))
-    allowed = 0.0 if quantity.discrete else float(stability.tolerance[quantity.name][pixel])
+    allowed = 0.0 if QUANTITIES[name].discrete else float(stability.tolerance[name][pixel])
     return Worst(
         column=int(column),
         row=int(row),
-        ours=np.atleast_1d(ours[pixel]).astype(float).tolist(),
-        theirs=np.atleast_1d(theirs[pixel]).astype(float).tolist(),
-        error=float(error_of(quantity, ours, theirs)[pixel]),
+        ours=np.atleast_1d(ours[name][pixel]).astype(float).tolist(),
+        theirs=np.atleast_1d(theirs[name][pixel]).astype(float).tolist(),
+        error=float(error[pixel]),
         tolerance=allowed,
         ratio=float(ratio[pixel]),
     )

@@ -45,6 +45,8 @@ class Evidence:
 
 #: Makes something small for a report of the evidence; runs in a child process: must be picklable.
 Digest = Callable[[Evidence], Any]
+#: Makes a picture of minirt's own frame for a report; runs where the arrays are.
+Portray = Callable[[Frame], Any]
 #: Names what explains a failure, best first, each with a `sentence`; runs where the arrays are.
 Diagnose = Callable[[Evidence], tuple[Any, ...]]
 
@@ -96,6 +98,8 @@ class SceneResult:
         Who confirms what, a quantity each; empty where minirt itself failed.
     judgement : Judgement or None
         minirt against exact arithmetic; None where minirt itself failed.
+    portrait : object
+        What the caller's `Portray` made of minirt's frame; None where there is none.
     """
 
     scene: Scene
@@ -104,6 +108,7 @@ class SceneResult:
     peak_memory: int = 0
     quorum: tuple[Quorum, ...] = ()
     judgement: Judgement | None = None
+    portrait: Any = None
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,7 @@ class _Verdict:
     judgement: Judgement
     seconds: float
     peak_memory: int
+    portrait: Any
 
 
 def verify(
@@ -142,6 +148,7 @@ def verify(
     required: Collection[str] = (),
     cache: Cache | None = None,
     diagnose: Diagnose | None = None,
+    portray: Portray | None = None,
 ) -> Iterator[SceneResult]:
     """Compare minirt with references on scenes; yield each scene's result when it is known.
 
@@ -168,6 +175,8 @@ def verify(
         Where minirt's own frames and their stability are kept from run to run.
     diagnose : callable, optional
         Called in a child with the `Evidence` of each failure.
+    portray : callable, optional
+        Called in a child with minirt's frame of each scene.
 
     Yields
     ------
@@ -175,7 +184,7 @@ def verify(
         In the order of `scenes`.
     """
     names = tuple(quantities)
-    options = names, digest, draw, tuple(required), cache, diagnose
+    options = names, digest, draw, tuple(required), cache, diagnose, portray
     with (
         TemporaryDirectory(prefix="minirt-") as scratch,
         Workers(_within(jobs, len(scenes) * len(references))) as theirs,
@@ -209,6 +218,7 @@ def judge(
     required: Collection[str] = (),
     cache: Cache | None = None,
     diagnose: Diagnose | None = None,
+    portray: Portray | None = None,
 ) -> _Verdict:
     """Compare the references' frames of one scene with minirt's. Runs in a child process.
 
@@ -244,10 +254,11 @@ def judge(
     }
     checks = {name: (c.checks, digests[name]) for name, c in comparisons.items()}
     judgement = _judgement(scene, ours, comparisons, names)
+    portrait = None if portray is None else portray(ours)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds = time.perf_counter() - start
     return _Verdict(
-        checks, diagnoses, quorum_of(comparisons, names, draw), judgement, seconds, peak
+        checks, diagnoses, quorum_of(comparisons, names, draw), judgement, seconds, peak, portrait
     )
 
 
@@ -349,6 +360,7 @@ def _result(
         verdict.peak_memory,
         verdict.quorum,
         verdict.judgement,
+        verdict.portrait,
     )
 
 

@@ -19,7 +19,7 @@ from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
 from minirt.vectors import Floats
-from reference.compare import Check, error_of
+from reference.compare import Check
 from reference.verify import Evidence
 from reports.arrays import Packed, pack, pack_ratio
 from reports.clusters import MOST, Cluster, Spread, WrongPixel, clusters_of, spread, worst_pixels
@@ -107,7 +107,7 @@ def close_up_of(evidence: Evidence) -> CloseUp:
     """All that the inspector needs of the evidence."""
     comparison = evidence.comparison
     ratios = comparison.ratio
-    spreads = {name: _spread(name, ratio, evidence) for name, ratio in ratios.items()}
+    spreads = {name: spread(ratio, comparison.error[name]) for name, ratio in ratios.items()}
     failed = [check for check in comparison.checks if check.state == "failed"]
     pixels = pixels_of(evidence)
     rows = {pixel: rows_at(pixel[1], pixel[0], evidence) for pixel in pixels}
@@ -125,11 +125,6 @@ def close_up_of(evidence: Evidence) -> CloseUp:
         stories=stories,
         spreads=spreads,
     )
-
-
-def _spread(name: str, ratio: Floats, evidence: Evidence) -> Spread:
-    error = error_of(QUANTITIES[name], evidence.ours[name], evidence.theirs[name])
-    return spread(ratio, error)
 
 
 def pixels_of(evidence: Evidence) -> tuple[Pixel, ...]:

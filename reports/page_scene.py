@@ -74,7 +74,7 @@ def scene_entry(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict
         "worst": _worst(result),
         "certain": _certain(result),
         "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
-        "portrait": _portrait(run, number_, pool),
+        "portrait": _portrait(result, pool),
         "answers": [_answer(answer) for answer in result.references],
         "quantities": _quantities(result, section, pool),
         "silent": _not_compared(result),
@@ -123,9 +123,9 @@ def _certain(result: SceneResult) -> str:
     return "2" if least is None else f"{least.certain / least.pixels:.6f}"
 
 
-def _portrait(run: Run, number_: int, pool: Pool) -> tuple[str, int, str] | None:
-    """Class, width and proportions of minirt's own picture of scene number `number_`, from 1."""
-    portrait = run.portraits[number_ - 1] if run.portraits else None
+def _portrait(result: SceneResult, pool: Pool) -> tuple[str, int, str] | None:
+    """Class, width and proportions of minirt's own picture of a scene."""
+    portrait = result.portrait
     if portrait is None:
         return None
     return pool.name(portrait.png), portrait.width, f"{portrait.width} / {portrait.height}"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from converters.srgb import srgb_codes
-from minirt.frame import Array
+from minirt.frame import Array, has_numbers, planes
 from minirt.quantities import QUANTITIES
 from minirt.vectors import Bools, Floats
 from reports.colors import (
@@ -57,12 +57,13 @@ _UNIT = Span(np.zeros(1), np.ones(1))
 
 def span_of(*arrays: Array) -> Span:
     """A common scale for several arrays (ny, nx) or (ny, nx, k); values of no number left out."""
-    columns = np.concatenate([a.reshape(a.shape[0] * a.shape[1], -1) for a in arrays])
-    finite = columns[np.isfinite(columns).all(axis=1)].astype(np.float64)
-    if not len(finite):
-        return Span(np.zeros(columns.shape[1]), np.ones(columns.shape[1]))
-    low, high = finite.min(axis=0), finite.max(axis=0)
-    usual = np.percentile(finite, 98, axis=0)
+    given = [[plane[has_numbers(a)] for plane in planes(a)] for a in arrays]
+    finite = np.stack([np.concatenate(same) for same in zip(*given, strict=True)])
+    finite = finite.astype(np.float64)
+    if not finite.size:
+        return Span(np.zeros(len(finite)), np.ones(len(finite)))
+    low, high = finite.min(axis=1), finite.max(axis=1)
+    usual = np.percentile(finite, 98, axis=1)
     clipped = bool((high - low > 4 * (usual - low)).any() and (usual > low).all())
     return Span(low, usual if clipped else high, clipped)
 
@@ -104,8 +105,7 @@ def value_png(name: str, values: Array, span: Span) -> bytes:
         return _indexed(np.where(values < 0, len(CATEGORIES), values % len(CATEGORIES)), colors)
     if values.ndim == 2:
         return _scalar(values, span)
-    given: Bools = np.asarray(np.isfinite(values).all(axis=2))
-    return _rgb(channels(name, values, span), given)
+    return _rgb(channels(name, values, span), has_numbers(values))
 
 
 def ratio_png(ratio: Floats, factor: int = 1) -> bytes:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from minirt.frame import Frame
 from minirt.render import render
 from minirt.scene import Scene, load_scene
-from reports.pictures import Span, value_png
+from reports.pictures import Span, shrunk, value_png
 
 #: Largest sides, in pixels.
 LARGEST = (256, 192)
@@ -37,5 +38,16 @@ def portrait_of(scene: Scene) -> Portrait:
     nx, ny = (max(1, round(side * scale)) for side in (screen.nx, screen.ny))
     document = scene.to_dict()
     document["screen"] |= {"nx": nx, "ny": ny}
-    color = render(load_scene(document, scene.folder), quantities="color")["color"]
-    return Portrait(value_png("color", color, Span(np.zeros(3), np.ones(3))), nx, ny)
+    return _painted(render(load_scene(document, scene.folder), quantities="color"))
+
+
+def portrayed(frame: Frame) -> Portrait:
+    """A frame's colours, every k-th pixel where it has many. A `Portray`."""
+    ny, nx = frame.size
+    factor = max(1, -(-nx // LARGEST[0]), -(-ny // LARGEST[1]))
+    return _painted(Frame({"color": shrunk(frame["color"], factor)}))
+
+
+def _painted(frame: Frame) -> Portrait:
+    ny, nx = frame.size
+    return Portrait(value_png("color", frame["color"], Span(np.zeros(3), np.ones(3))), nx, ny)

@@ -31,7 +31,6 @@ from reports.findings import (
 from reports.json_model import Model, Natural, Number
 from reports.judgement import JudgementModel, judgement_model
 from reports.kills import KillMatrix
-from reports.portrait import Portrait
 from reports.provenance import Provenance
 from reports.verdict import Outcome, Verdict
 
@@ -46,7 +45,8 @@ class Run:
     Attributes
     ----------
     results : tuple of SceneResult
-        In the order in which scenes were given; digests are `reports.digest.digest_of`'s.
+        In the order in which scenes were given; digests are `reports.digest.digest_of`'s, and
+        portraits `reports.portrait.portrayed`'s.
     references, required : tuple of str
         Names of the references that were chosen, and of those that must answer.
     verdict : Verdict
@@ -55,8 +55,6 @@ class Run:
         Of the whole run.
     folder : Path
         Where the reports lie.
-    portraits : tuple of Portrait or None
-        minirt's own picture of each scene, in the order of `results`; None where it has failed.
     remarks : tuple of str
         What a baseline of known failures has to say, in sentences.
     judged : str
@@ -74,7 +72,6 @@ class Run:
     provenance: Provenance
     seconds: float
     folder: Path
-    portraits: tuple[Portrait | None, ...] = ()
     remarks: tuple[str, ...] = ()
     judged: str = ""
     before: Before | None = None

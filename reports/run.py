@@ -12,7 +12,6 @@ from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.cache import Cache
-from reference.isolate import Workers
 from reference.source import Reference
 from reference.verify import TIMEOUT, Diagnose, SceneResult, verify
 from reports.baseline import Baseline
@@ -21,7 +20,7 @@ from reports.digest import agreement_of, digest_of
 from reports.junit import junit_xml
 from reports.kills import KillMatrix
 from reports.page import report_html
-from reports.portrait import Portrait, portrait_of
+from reports.portrait import portrayed
 from reports.provenance import provenance, without_passwords
 from reports.record import Run, results_json
 from reports.summary import summary_markdown
@@ -104,24 +103,13 @@ def run_verify(
     folder = made_folder(Path(out_dir))
     start, origin = time.perf_counter(), provenance()
     results = []
-    with Workers(1) as painters:
-        painted = [painters.submit(timeout, portrait_of, scene) for scene in scenes]
-        for result in verify(
-            scenes,
-            references,
-            jobs,
-            digest_of,
-            timeout,
-            quantities,
-            agreement_of,
-            given,
-            cache,
-            diagnose,
-        ):
-            results.append(result)
-            if progress is not None:
-                progress(result, len(scenes))
-        portraits = [job.outcome().value for job in painted]
+    for result in verify(
+        scenes, references, jobs, digest_of, timeout, quantities, agreement_of, given, cache,
+        diagnose, portrayed,
+    ):  # fmt: skip
+        results.append(result)
+        if progress is not None:
+            progress(result, len(scenes))
     names = [reference.name for reference in references]
     remarks: tuple[str, ...] = ()
     if baseline is not None:
@@ -134,7 +122,6 @@ def run_verify(
         provenance=origin,
         seconds=time.perf_counter() - start,
         folder=folder,
-        portraits=tuple(p if isinstance(p, Portrait) else None for p in portraits),
         remarks=remarks,
         judged=without_passwords(judged),
         before=before,

@@ -20,12 +20,13 @@ from fake_references import (
 )
 
 from minirt.quantities import QUANTITIES
+from minirt.render import render
 from minirt.scene import Scene
 from reference.compare import State, without_answer
 from reference.source import Reference, Unsupported
 from reference.verify import ReferenceResult, SceneResult, _Answered, judge, render_by
 from reports.digest import digest_of
-from reports.portrait import portrait_of
+from reports.portrait import portrayed
 from reports.provenance import provenance
 from reports.record import Run
 from reports.verdict import decide
@@ -59,7 +60,7 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
             each.reference, each.program, checks, each.declared, 0.25, "", digest
         )
         results.append(answer)
-    return SceneResult(scene, tuple(results), 0.5, 100 * 2**20)
+    return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=portrayed(render(scene)))
 
 
 def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | _Answered:
@@ -88,8 +89,7 @@ def run_of(
     results = tuple(result_of(scene, references) for scene in scenes)
     names = tuple(reference.name for reference in references)
     verdict = decide(results, names, required)
-    painted = tuple(map(portrait_of, scenes))
-    return Run(results, names, tuple(required), verdict, provenance(), 1.5, Path("report"), painted)
+    return Run(results, names, tuple(required), verdict, provenance(), 1.5, Path("report"))
 
 
 @cache

@@ -41,7 +41,6 @@ def mixed_run() -> Run:
     return replace(
         failed,
         results=tuple(result for run in runs for result in run.results),
-        portraits=tuple(portrait for run in runs for portrait in run.portraits),
     )
 
 
