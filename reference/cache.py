@@ -1,34 +1,41 @@
-"""What minirt has answered once, kept on disk by the hash of all that it depends on.
+"""What was answered once, kept on disk by the hash of all that it depends on.
 
-A frame and its stability depend on the scene, its meshes, the declared error and this program:
-each is in the key, down to the bytes of the source files, so that nothing stale is ever found.
+A frame and its stability depend on the scene, its meshes, the declared error and this program; a
+reference's frame on the scene, this program, the reference's own versions and the processor. Each
+is in the key, down to the bytes of the source files, so that nothing stale is ever found.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
+import platform
 import sys
+import time
 import zipfile
 from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache as once
+from importlib import metadata
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
 
+import converters
 import minirt
+from minirt.errors import InputError
 from minirt.frame import Array, Frame
 from minirt.render import frame_meta
 from minirt.scene import Facets, Scene
-from reference.source import Declared
+from reference.source import Declared, Reference, Rendering, Reproducible
 from reference.stability import Exact, Stability, exact_answer, stability_of
 
 #: Bytes on disk beyond which what was not used for longest is removed.
-MOST_BYTES = 2 * 2**30
+MOST_BYTES = 6 * 2**30
 
 Arrays = dict[str, Array]
 
@@ -77,6 +84,29 @@ class Cache:
             return made
         return Stability(_part(found, "certain "), _part(found, "tolerance "))
 
+    def rendering(
+        self, reference: Reference, scene: Scene, scratch: Path
+    ) -> tuple[Rendering, float, bool]:
+        """A reference's answer, the seconds that it took, and whether it was kept from before.
+
+        Kept are answers of what is `Reproducible`; its refusals are not.
+        """
+        key = _rendering_key(reference, scene) if isinstance(reference, Reproducible) else None
+        found = None if key is None else _rendering(self._get(key))
+        if found is not None:
+            return *found, True
+        start = time.perf_counter()
+        made = reference.render(scene, scratch)
+        seconds = time.perf_counter() - start
+        if key is not None:
+            about = {
+                "unsupported": dict(made.unsupported),
+                "program": made.program,
+                "seconds": seconds,
+            }
+            self._put(key, {"about": np.array(json.dumps(about)), **made.frame.arrays})
+        return made, seconds, False
+
     def _get(self, key: str) -> Arrays | None:
         path = self.folder / f"{key}.npz"
         try:
@@ -116,6 +146,16 @@ class Cache:
             total -= size
 
 
+def _rendering(found: Arrays | None) -> tuple[Rendering, float] | None:
+    """What was kept of a reference's answer; None where that cannot be read."""
+    try:
+        about = json.loads(str((found or {}).pop("about")))
+        frame = Frame(found or {})
+        return Rendering(frame, about["unsupported"], about["program"]), about["seconds"]
+    except (KeyError, ValueError, TypeError, InputError):
+        return None
+
+
 def _part(arrays: Arrays, prefix: str) -> Arrays:
     names = [name for name in arrays if name.startswith(prefix)]
     return {name.removeprefix(prefix): arrays[name] for name in names}
@@ -136,7 +176,36 @@ def _key(kind: str, scene: Scene, *parts: str) -> str:
 def _program() -> str:
     """Everything that computes: our source files, NumPy and Python."""
     digest = hashlib.sha256(f"{sys.version} {np.__version__}".encode())
-    for package in (Path(minirt.__file__).parent, Path(__file__).parent):
-        for path in sorted(package.rglob("*.py")):
+    for package in (minirt.__file__, converters.__file__, __file__):
+        for path in sorted(Path(package).parent.rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _rendering_key(reference: Reproducible, scene: Scene) -> str:
+    parts = [_ingredient(part) for part in reference.ingredients()]
+    return _key("rendering", scene, repr(reference), _processor(), *parts)
+
+
+def _ingredient(part: str | Path | None) -> str:
+    """A distribution's version, or what tells a file from another that took its place."""
+    if part is None:
+        return ""
+    if isinstance(part, str):
+        try:
+            return f"{part} {metadata.version(part)}"
+        except metadata.PackageNotFoundError:
+            return f"{part} absent"
+    real = part.resolve()
+    status = real.stat()
+    return f"{real} {status.st_size} {status.st_mtime_ns}"
+
+
+@once
+def _processor() -> str:
+    """The processor, and what it can do: compilers on the way make use of that."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.machine()
+    return "".join(sorted({x for x in lines if x.startswith(("model name", "flags", "Features"))}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 from minirt.errors import MinirtError
 from minirt.frame import Frame
@@ -119,6 +119,14 @@ class TimedOut(NoAnswer):
 
     state = "timed out"
     exit_status = 3
+
+
+@runtime_checkable
+class Reproducible(Protocol):
+    """A reference whose answer to a scene depends on nothing but what it names here."""
+
+    def ingredients(self) -> tuple[str | Path | None, ...]:
+        """Distributions by name, and files, that its answer depends on beside the scene and us."""
 
 
 class Reference(Protocol):

@@ -67,6 +67,8 @@ class ReferenceResult:
         Of its own rendering.
     output : str
         Its last output, where it crashed, timed out or failed.
+    kept : bool
+        Whether its frame was kept from an earlier run.
     digest : object
         What the caller's `Digest` made of the evidence; None where there is none.
     diagnosis : tuple or None
@@ -81,6 +83,7 @@ class ReferenceResult:
     output: str = ""
     digest: Any = None
     diagnosis: tuple[Any, ...] | None = None
+    kept: bool = False
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,7 @@ class _Answered:
     unsupported: dict[str, str]
     program: str
     seconds: float
+    kept: bool
 
 
 @dataclass(frozen=True)
@@ -172,7 +176,7 @@ def verify(
     required : collection of str
         Quantities that every reference must give.
     cache : Cache, optional
-        Where minirt's own frames and their stability are kept from run to run.
+        Where frames and their stability are kept from run to run.
     diagnose : callable, optional
         Called in a child with the `Evidence` of each failure.
     portray : callable, optional
@@ -191,7 +195,7 @@ def verify(
         Workers(_within(jobs, len(scenes))) as ours,
     ):
         started = [
-            (scene, _start(scene, references, theirs, Path(scratch) / str(k), timeout))
+            (scene, _start(scene, references, theirs, Path(scratch) / str(k), timeout, cache))
             for k, scene in enumerate(scenes)
         ]
         judging: deque[tuple[Scene, list[ReferenceResult | _Answered], Job]] = deque()
@@ -279,7 +283,12 @@ def _judgement(
 
 
 def _start(
-    scene: Scene, references: Sequence[Reference], workers: Workers, folder: Path, timeout: float
+    scene: Scene,
+    references: Sequence[Reference],
+    workers: Workers,
+    folder: Path,
+    timeout: float,
+    cache: Cache | None,
 ) -> list[tuple[Reference, Job | None]]:
     """Hand one scene to every reference that is not missing."""
     started: list[tuple[Reference, Job | None]] = []
@@ -289,15 +298,21 @@ def _start(
             continue
         room = folder / reference.name
         room.mkdir(parents=True)
-        started.append((reference, workers.submit(timeout, render_by, reference, scene, room)))
+        job = workers.submit(timeout, render_by, reference, scene, room, cache)
+        started.append((reference, job))
     return started
 
 
-def render_by(reference: Reference, scene: Scene, room: Path) -> _Answered:
+def render_by(
+    reference: Reference, scene: Scene, room: Path, cache: Cache | None = None
+) -> _Answered:
     """A reference's answer to a scene, its frame in a file. Runs in a child process."""
-    start = time.perf_counter()
-    rendering = reference.render(scene, room)
-    seconds = time.perf_counter() - start
+    if cache is None:
+        start = time.perf_counter()
+        rendering, kept = reference.render(scene, room), False
+        seconds = time.perf_counter() - start
+    else:
+        rendering, seconds, kept = cache.rendering(reference, scene, room)
     path = room / "frame.npz"
     if rendering.frame:
         write_frame(rendering.frame, path)
@@ -309,6 +324,7 @@ def render_by(reference: Reference, scene: Scene, room: Path) -> _Answered:
         dict(rendering.unsupported),
         rendering.program,
         seconds,
+        kept,
     )
 
 
@@ -370,5 +386,5 @@ def _compared(entry: ReferenceResult | _Answered, verdict: _Verdict) -> Referenc
     checks, digest = verdict.comparisons[entry.reference]
     return ReferenceResult(
         entry.reference, entry.program, checks, entry.declared, entry.seconds, "", digest,
-        verdict.diagnoses.get(entry.reference),
+        verdict.diagnoses.get(entry.reference), entry.kept,
     )  # fmt: skip

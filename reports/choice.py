@@ -1,4 +1,4 @@
-"""Which scenes a command is about: those named, else the whole atlas."""
+"""What a command is about and what it may use: scenes (the whole atlas), kept frames."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from minirt.scene import Scene
+    from reference.cache import Cache
 
 
 def scene_names(named: Sequence[str] | None) -> list[str]:
@@ -44,3 +45,15 @@ def distinct_scenes(named: Sequence[str] | None) -> list[Scene]:
     if twice:
         raise InputError("two scenes have the same name", got=", ".join(sorted(twice))[:200])
     return scenes
+
+
+def usual_cache() -> Cache:
+    """Where frames and their stability are kept from run to run."""
+    from reference.cache import Cache, usual_folder
+
+    return Cache(usual_folder())
+
+
+def cache_unless(no_cache: bool) -> Cache | None:
+    """The usual cache, if nobody forbids it."""
+    return None if no_cache else usual_cache()

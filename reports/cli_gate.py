@@ -15,6 +15,7 @@ from reports.console import (
     JobsOption,
     Json,
     MutantsOption,
+    NoCacheOption,
     ScenesArgument,
     answers,
     people,
@@ -25,7 +26,6 @@ from reports.history_option import HistoryOption, NoHistoryOption, known_before,
 from reports.subject import Subject, takes_subject
 
 if TYPE_CHECKING:
-    from reference.cache import Cache
     from reports.baseline import Baseline
     from reports.record import Run
 
@@ -69,9 +69,7 @@ def gate(
     ] = Path("report"),
     jobs: JobsOption = CORES,
     mutants: MutantsOption = None,
-    no_cache: Annotated[
-        bool, typer.Option("--no-cache", help="Compute minirt's own frames anew.")
-    ] = False,
+    no_cache: NoCacheOption = False,
     init: Annotated[
         Path | None,
         typer.Option(
@@ -93,7 +91,7 @@ def gate(
     """
     from minirt.render import chosen_quantities
     from reference.diagnose import diagnose
-    from reports.choice import distinct_scenes, scene_names
+    from reports.choice import cache_unless, distinct_scenes, scene_names
     from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
@@ -119,7 +117,7 @@ def gate(
                 loaded, [judged], out, jobs, [judged.name],
                 lambda _, total: tell(next(done), total), timeout=subject.patience,
                 quantities=chosen, given=required,
-                cache=None if no_cache else usual_cache(), baseline=known, diagnose=diagnose,
+                cache=cache_unless(no_cache), baseline=known, diagnose=diagnose,
                 judged=name, before=before, mutants=kills,
             )  # fmt: skip
         status = recorded(run, kept)
@@ -173,13 +171,6 @@ def _required(require: str, chosen: tuple[str, ...]) -> tuple[str, ...]:
             expected="only what --quantities names, or no --quantities",
         )  # fmt: skip
     return required
-
-
-def usual_cache() -> Cache:
-    """Where minirt's own frames and their stability are kept."""
-    from reference.cache import Cache, usual_folder
-
-    return Cache(usual_folder())
 
 
 def _baseline(path: Path | None, update: bool) -> Baseline | None:

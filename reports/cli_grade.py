@@ -56,7 +56,7 @@ def grade(
     was ended goes on where it was. Exit status 0: graded, whatever the marks.
     """
     from minirt.errors import InputError
-    from reports.cli_gate import usual_cache
+    from reports.choice import usual_cache
     from reports.grade.assignment import read_assignment
     from reports.grade.files import write_class
     from reports.grade.judge import Desk

@@ -12,6 +12,7 @@ from reports.console import (
     JobsOption,
     Json,
     MutantsOption,
+    NoCacheOption,
     RequireOption,
     ScenesArgument,
     answers,
@@ -46,6 +47,7 @@ def verify(
         int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
     ] = 300,
     mutants: MutantsOption = None,
+    no_cache: NoCacheOption = False,
     history: HistoryOption = "",
     no_history: NoHistoryOption = False,
     json: Json = False,
@@ -54,7 +56,7 @@ def verify(
 
     Renders every scene here and there, compares every quantity and leaves a report.
     """
-    from reports.choice import chosen_scenes
+    from reports.choice import cache_unless, chosen_scenes
     from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
@@ -70,7 +72,7 @@ def verify(
             run = run_verify(
                 loaded, chosen, out, jobs, required,
                 lambda _, total: tell(next(done), total), timeout=timeout,
-                before=before, mutants=kills,
+                cache=cache_unless(no_cache), before=before, mutants=kills,
             )  # fmt: skip
         status = recorded(run, kept)
     print_run(run, people() if json else answers())

@@ -57,6 +57,10 @@ RequireOption = Annotated[
     ),
 ]  # fmt: skip
 
+NoCacheOption = Annotated[
+    bool, typer.Option("--no-cache", help="Take nothing from earlier runs: render all anew.")
+]
+
 MutantsOption = Annotated[
     Path | None,
     typer.Option(

@@ -159,7 +159,7 @@ def _shared(item: GateItem) -> Checks:
 def _judged(item: GateItem) -> Checks:
     from minirt.render import chosen_quantities
     from reference.verify import verify
-    from reports.cli_gate import usual_cache
+    from reports.choice import usual_cache
 
     chosen = [each for each in item.session.items if isinstance(each, GateItem)]
     scenes = list({each.scene.name: each.scene for each in chosen}.values())

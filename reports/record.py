@@ -56,7 +56,7 @@ class Run:
     folder : Path
         Where the reports lie.
     remarks : tuple of str
-        What a baseline of known failures has to say, in sentences.
+        What else is to be known of the run, in sentences: of its baseline, of what was kept.
     judged : str
         The implementation that a gate judged, as it was named; empty for minirt itself.
     before : Before or None
@@ -228,7 +228,7 @@ class ResultsModel(Model):
     provenance: ProvenanceModel
     scenes: list[SceneModel]
     remarks: list[str] = Field(
-        default=[], description="what the baseline of known failures has to say"
+        default=[], description="what else is to be known of this run, in sentences"
     )
     judged: str = Field(
         default="", description="the implementation that a gate judged; empty for minirt itself"

@@ -78,7 +78,7 @@ def run_verify(
     given : collection of str
         Quantities that every reference must give.
     cache : Cache, optional
-        Where minirt's own frames and their stability are kept from run to run.
+        Where frames and their stability are kept from run to run.
     baseline : Baseline, optional
         Failures that are known, and excused for a time.
     diagnose : callable, optional
@@ -111,9 +111,10 @@ def run_verify(
         if progress is not None:
             progress(result, len(scenes))
     names = [reference.name for reference in references]
-    remarks: tuple[str, ...] = ()
+    remarks = _kept(results)
     if baseline is not None:
-        results, remarks = baseline.applied(results)
+        results, said = baseline.applied(results)
+        remarks += [f"Baseline: {remark}" for remark in said]
     run = Run(
         results=tuple(results),
         references=tuple(names),
@@ -122,13 +123,25 @@ def run_verify(
         provenance=origin,
         seconds=time.perf_counter() - start,
         folder=folder,
-        remarks=remarks,
+        remarks=tuple(remarks),
         judged=without_passwords(judged),
         before=before,
         mutants=mutants,
     )
     write_reports(run)
     return run
+
+
+def _kept(results: Sequence[SceneResult]) -> list[str]:
+    """What was not rendered anew."""
+    answers = [answer for result in results for answer in result.references]
+    kept = sum(answer.kept for answer in answers)
+    if not kept:
+        return []
+    return [
+        f"{kept} of {len(answers)} frames of references are those of an earlier run, of the same "
+        "scene, program and versions: --no-cache renders them again"
+    ]
 
 
 def write_reports(run: Run) -> None:

@@ -29,7 +29,7 @@ def summary_markdown(run: Run) -> str:
     lines = [f"# {_sign(run)} {escaped(run.verdict.sentence)}", ""]
     left = not_checked(run.results)
     lines += [f"**Not checked:** {escaped(left)}.", ""] if left else []
-    lines += [f"- Baseline: {escaped(remark)}" for remark in run.remarks]
+    lines += [f"- {escaped(remark)}" for remark in run.remarks]
     lines += [""] if run.remarks else []
     lines += _counts(run)
     lines += _failing(run)

@@ -69,7 +69,7 @@ def print_run(run: Run, console: Console) -> None:
         _say(console, Text(f"Not compared: {line}"))
     _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
     for remark in run.remarks:
-        _say(console, Text(f"Baseline: {one_line(remark)}"))
+        _say(console, Text(one_line(remark)))
     left = not_checked(run.results)
     if left:
         _say(console, Text(f"Not checked: {left}"))

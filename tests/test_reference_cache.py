@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fake_references import Honest, small_scene
 
@@ -12,7 +13,10 @@ import minirt
 from reference import cache as cache_module
 from reference.cache import Cache
 from reference.compare import compare
+from reference.registry import REFERENCES
+from reference.source import Rendering, Reproducible
 from reference.stability import exact_answer, stability_of
+from reports.run import run_verify
 
 NAMES = {"hit", "depth", "shadow"}
 
@@ -106,3 +110,98 @@ def test_stability_is_that_of_the_scene_itself(tmp_path: Path) -> None:
     ours = stability_of(exact, declared, NAMES)
     found = Cache(tmp_path).stability(exact, declared, NAMES)
     assert all((ours.certain[name] == found.certain[name]).all() for name in NAMES)
+
+
+@dataclass(frozen=True)
+class Repeatable(Honest):
+    """Renders honestly, says what that depends on, and counts how often it is asked."""
+
+    parts: tuple[str | Path | None, ...] = ("numpy", "no such distribution", None)
+
+    def ingredients(self) -> tuple[str | Path | None, ...]:
+        return self.parts
+
+    def render(self, scene: minirt.Scene, scratch: Path) -> Rendering:
+        with (scratch / "asked").open("a") as log:
+            log.write("x")
+        made = super().render(scene, scratch)
+        return replace(made, unsupported={"alpha": "has none"}, program="repeatable 1")
+
+
+def asked(folder: Path) -> int:
+    return len((folder / "asked").read_text()) if (folder / "asked").exists() else 0
+
+
+def test_a_reference_is_asked_once(tmp_path: Path) -> None:
+    kept, scene = Cache(tmp_path / "cache"), small_scene()
+    first, seconds, old = kept.rendering(Repeatable(), scene, tmp_path)
+    assert not old
+    assert asked(tmp_path) == 1
+    again, as_before, old = kept.rendering(Repeatable(), scene, tmp_path)
+    assert old
+    assert asked(tmp_path) == 1
+    assert as_before == seconds
+    assert (again.unsupported, again.program) == (first.unsupported, first.program)
+    assert again.frame.keys() == first.frame.keys()
+    assert all(again.frame[k].tobytes() == first.frame[k].tobytes() for k in first.frame)
+
+
+def test_another_ingredient_asks_a_reference_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept, scene, program = Cache(tmp_path / "cache"), small_scene(), tmp_path / "program"
+    program.write_text("one")
+    for parts in (("numpy",), ("scipy",), (program,), (None,)):
+        kept.rendering(Repeatable(parts=parts), scene, tmp_path)
+    assert asked(tmp_path) == 4
+    program.write_text("another")
+    kept.rendering(Repeatable(parts=(program,)), scene, tmp_path)
+    kept.rendering(Repeatable("another name", parts=(None,)), scene, tmp_path)
+    kept.rendering(Repeatable(parts=(None,)), small_scene(max_depth=1), tmp_path)
+    assert asked(tmp_path) == 7
+    monkeypatch.setattr(cache_module, "_processor", lambda: "another processor")
+    kept.rendering(Repeatable(parts=(None,)), scene, tmp_path)
+    assert asked(tmp_path) == 8
+
+
+def test_what_names_no_ingredients_is_never_kept(tmp_path: Path) -> None:
+    kept = Cache(tmp_path / "cache")
+    for _ in range(2):
+        assert not kept.rendering(Honest(), small_scene(), tmp_path)[2]
+    assert not (tmp_path / "cache").exists()
+
+
+def test_a_spoilt_answer_is_asked_for_again(tmp_path: Path) -> None:
+    kept, scene = Cache(tmp_path / "cache"), small_scene()
+    expected = kept.rendering(Repeatable(), scene, tmp_path)[0].frame
+    (file,) = (tmp_path / "cache").iterdir()
+    whole = dict(np.load(file))
+    for spoilt in (
+        {**whole, "about": np.array("{}")},
+        {**whole, "about": np.array("no JSON")},
+        {**whole, "colour": whole["depth"]},
+        {name: array for name, array in whole.items() if name != "about"},
+    ):
+        np.savez(file, **spoilt)
+        rendering, _, old = kept.rendering(Repeatable(), scene, tmp_path)
+        assert not old
+        assert rendering.frame["depth"].tobytes() == expected["depth"].tobytes()
+    assert kept.rendering(Repeatable(), scene, tmp_path)[2]
+
+
+def test_every_usual_reference_says_what_it_depends_on() -> None:
+    for reference in REFERENCES.values():
+        assert isinstance(reference, Reproducible), reference.name
+        assert any(reference.ingredients()), reference.name
+
+
+def test_a_run_says_which_frames_were_kept(tmp_path: Path) -> None:
+    kept, scenes = Cache(tmp_path / "cache"), [small_scene()]
+    (tmp_path / "asked").touch()
+    first = run_verify(scenes, [Repeatable(), Honest("other")], tmp_path / "a", 1, cache=kept)
+    again = run_verify(scenes, [Repeatable(), Honest("other")], tmp_path / "b", 1, cache=kept)
+    assert first.exit_status == again.exit_status == 0
+    assert first.remarks == ()
+    assert len(again.remarks) == 1
+    assert again.remarks[0].startswith("1 of 2 frames of references")
+    assert again.remarks[0] in (tmp_path / "b" / "report.html").read_text(encoding="utf-8")

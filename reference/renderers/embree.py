@@ -43,6 +43,10 @@ class EmbreeReference:
         """None: trimesh is always there, and its engine needs nothing else."""
         return None
 
+    def ingredients(self) -> tuple[str | Path | None, ...]:
+        """Embree, or what stands in for it."""
+        return "embreex", "trimesh"
+
     def declare(self, scene: Scene) -> Declared:
         """How it errs on this scene."""
         return declared(scene, centered_placement(scene))

@@ -56,6 +56,10 @@ class MitsubaReference:
             return "no libLLVM of version 18 or newer: pip install karellen-llvm-core==18.1.8.0"
         return None
 
+    def ingredients(self) -> tuple[str | Path | None, ...]:
+        """Mitsuba, its compiler, and LLVM where that compiles for it."""
+        return "mitsuba", "drjit", find_llvm() if self.variant.startswith("llvm") else None
+
     def declare(self, scene: Scene) -> Declared:
         """How it errs on this scene."""
         return declared(scene, fitted_placement(scene))

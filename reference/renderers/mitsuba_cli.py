@@ -55,6 +55,10 @@ class MitsubaCommand:
             return "Mitsuba's command is not installed: pip install 'minirt[mitsuba]'"
         return None
 
+    def ingredients(self) -> tuple[str | Path | None, ...]:
+        """Mitsuba and its command."""
+        return "mitsuba", "drjit", find_command()
+
     def declare(self, scene: Scene) -> Declared:
         """How it errs on this scene: as Mitsuba does."""
         return declared(scene, fitted_placement(scene))

@@ -45,6 +45,10 @@ class PovrayReference:
             return "POV-Ray is not installed: apt-get install povray"
         return None
 
+    def ingredients(self) -> tuple[str | Path | None, ...]:
+        """The program."""
+        return (find_povray(),)
+
     def declare(self, scene: Scene) -> Declared:
         """How it errs on this scene."""
         return declared(scene, povray_placement(scene))

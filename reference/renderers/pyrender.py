@@ -24,6 +24,12 @@ _LIBRARY = "libEGL.so.1"
 LARGEST_SIDE = 16_384
 
 _GIVEN = ("hit", "object", "depth")
+#: Where a system keeps OpenGL, the drivers of Mesa and the LLVM that it compiles with.
+_DRAWERS = tuple(
+    f"usr/lib/{folder}{name}"
+    for folder in ("", "*-linux-gnu/")
+    for name in ("libEGL*.so*", "libGL*.so*", "libgallium*.so*", "libLLVM*.so*", "dri/*.so")
+)
 _REASON = "a rasteriser gives the object and the depth of each pixel"
 
 
@@ -46,6 +52,11 @@ class PyrenderReference:
         except OSError:
             return f"no {_LIBRARY}: {PACKAGES}"
         return None
+
+    def ingredients(self) -> tuple[str | Path | None, ...]:
+        """pyrender with what carries it, and the system's OpenGL with its compiler."""
+        drawers = sorted(path for pattern in _DRAWERS for path in Path("/").glob(pattern))
+        return "pyrender", "PyOpenGL", "trimesh", *drawers
 
     def declare(self, scene: Scene) -> Declared:
         """How it errs on this scene."""
