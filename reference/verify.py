@@ -119,7 +119,6 @@ class _Answered:
     """What a reference's job hands back; its frame travels in a file."""
 
     reference: str
-    declared: Declared
     frame: str
     given: tuple[str, ...]
     unsupported: dict[str, str]
@@ -132,6 +131,7 @@ class _Answered:
 class _Verdict:
     """What judging one scene hands back."""
 
+    declared: dict[str, Declared]
     comparisons: dict[str, tuple[tuple[Check, ...], Any]]
     diagnoses: dict[str, tuple[Any, ...]]
     quorum: tuple[Quorum, ...]
@@ -201,7 +201,11 @@ def verify(
         judging: deque[tuple[Scene, list[ReferenceResult | _Answered], Job]] = deque()
         for scene, renderings in started:
             ended = [_ended(reference, job, scene, names) for reference, job in renderings]
-            answers = tuple(e for e in ended if isinstance(e, _Answered))
+            answers = [
+                (reference, answer)
+                for reference, answer in zip(references, ended, strict=True)
+                if isinstance(answer, _Answered)
+            ]
             judging.append((scene, ended, ours.submit(None, judge, scene, answers, *options)))
             while judging and judging[0][2].future.done():
                 yield _result(*judging.popleft(), names)
@@ -215,7 +219,7 @@ def _within(jobs: int, work: int) -> int:
 
 def judge(
     scene: Scene,
-    answers: Sequence[_Answered],
+    answers: Sequence[tuple[Reference, _Answered]],
     names: tuple[str, ...],
     digest: Digest | None,
     draw: Draw | None = None,
@@ -227,16 +231,18 @@ def judge(
     """Compare the references' frames of one scene with minirt's. Runs in a child process.
 
     References that declare the same error share one measurement of stability, and all of them
-    minirt's own frame.
+    minirt's own frame. What they declare is asked here, where nothing of theirs has run.
     """
     start = time.perf_counter()
     comparisons: dict[str, Comparison] = {}
     evidences: list[Evidence] = []
     exact = exact_answer(scene) if cache is None else cache.exact(scene)
     ours = exact.frame
+    declared = {reference.name: reference.declare(scene) for reference, _ in answers}
     groups: dict[Declared, list[_Answered]] = {}
-    for answer in answers:
-        groups.setdefault(replace(answer.declared, derivation=""), []).append(answer)
+    for _, answer in answers:
+        error = replace(declared[answer.reference], derivation="")
+        groups.setdefault(error, []).append(answer)
     for error, alike in groups.items():
         given = {name for answer in alike for name in answer.given}.intersection(names)
         stability = _stability(exact, error, given, cache)
@@ -262,7 +268,14 @@ def judge(
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds = time.perf_counter() - start
     return _Verdict(
-        checks, diagnoses, quorum_of(comparisons, names, draw), judgement, seconds, peak, portrait
+        declared,
+        checks,
+        diagnoses,
+        quorum_of(comparisons, names, draw),
+        judgement,
+        seconds,
+        peak,
+        portrait,
     )
 
 
@@ -318,7 +331,6 @@ def render_by(
         write_frame(rendering.frame, path)
     return _Answered(
         reference.name,
-        reference.declare(scene),
         str(path),
         tuple(rendering.frame),
         dict(rendering.unsupported),
@@ -337,8 +349,7 @@ def _ended(
     outcome = job.outcome()
     if outcome.state == "done":
         answered: _Answered = outcome.value
-        # Said here, where nothing of what was run can change what is said.
-        return replace(answered, declared=reference.declare(scene))
+        return answered
     if isinstance(outcome.value, Unsupported):
         return _unanswered(reference, names, "not supported", str(outcome.value))
     if isinstance(outcome.value, NoAnswer):
@@ -383,8 +394,9 @@ def _result(
 def _compared(entry: ReferenceResult | _Answered, verdict: _Verdict) -> ReferenceResult:
     if isinstance(entry, ReferenceResult):
         return entry
-    checks, digest = verdict.comparisons[entry.reference]
+    name = entry.reference
+    checks, digest = verdict.comparisons[name]
     return ReferenceResult(
-        entry.reference, entry.program, checks, entry.declared, entry.seconds, "", digest,
-        verdict.diagnoses.get(entry.reference), entry.kept,
+        name, entry.program, checks, verdict.declared[name], entry.seconds, "", digest,
+        verdict.diagnoses.get(name), entry.kept,
     )  # fmt: skip

@@ -48,7 +48,11 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
     """One scene against references; those named in ENDINGS end so, without a child process."""
     with TemporaryDirectory() as room:
         ended = [_answer(scene, r, Path(room) / str(k)) for k, r in enumerate(references)]
-        answered = [each for each in ended if not isinstance(each, ReferenceResult)]
+        answered = [
+            (reference, each)
+            for reference, each in zip(references, ended, strict=True)
+            if isinstance(each, _Answered)
+        ]
         verdict = judge(scene, answered, NAMES, digest_of)
     results = []
     for each in ended:
@@ -56,9 +60,8 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
             results.append(each)
             continue
         checks, digest = verdict.comparisons[each.reference]
-        answer = ReferenceResult(
-            each.reference, each.program, checks, each.declared, 0.25, "", digest
-        )
+        declared = verdict.declared[each.reference]
+        answer = ReferenceResult(each.reference, each.program, checks, declared, 0.25, "", digest)
         results.append(answer)
     return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=portrayed(render(scene)))
 

@@ -95,7 +95,7 @@ def scenes() -> dict[str, Scene]:
 def checks(of: Scene, folder: Path) -> dict[str, Check]:
     folder.mkdir(exist_ok=True)
     answer = render_by(EmbreeReference(), of, folder)
-    verdict = judge(of, [answer], tuple(QUANTITIES), None)
+    verdict = judge(of, [(EmbreeReference(), answer)], tuple(QUANTITIES), None)
     return {check.quantity: check for check in verdict.comparisons["embree"][0]}
 
 

@@ -57,9 +57,11 @@ def test_mitsubas_rounding_on_slender_triangles_is_no_alarm(
 ) -> None:
     """Its t there is up to 50 times the δ that is right for other shapes."""
     scene = slivers(seed)
-    outcome = workers.submit(120, render_by, MitsubaReference(), scene, tmp_path).outcome()
+    mitsuba = MitsubaReference()
+    outcome = workers.submit(120, render_by, mitsuba, scene, tmp_path).outcome()
     assert outcome.state == "done", outcome.output
-    ((checks, _),) = judge(scene, [outcome.value], LENGTHS, None).comparisons.values()
+    verdict = judge(scene, [(mitsuba, outcome.value)], LENGTHS, None)
+    ((checks, _),) = verdict.comparisons.values()
     assert [(check.quantity, check.wrong, check.worst) for check in checks if check.wrong] == []
     assert min(check.compared for check in checks) > 50
 
