@@ -267,16 +267,8 @@ def judge(
     portrait = None if portray is None else portray(ours)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds = time.perf_counter() - start
-    return _Verdict(
-        declared,
-        checks,
-        diagnoses,
-        quorum_of(comparisons, names, draw),
-        judgement,
-        seconds,
-        peak,
-        portrait,
-    )
+    quorum = quorum_of(comparisons, names, draw)
+    return _Verdict(declared, checks, diagnoses, quorum, judgement, seconds, peak, portrait)
 
 
 def _stability(exact: Exact, error: Declared, given: set[str], cache: Cache | None) -> Stability:
