@@ -12,7 +12,7 @@ TESTABLE := $(VENV)/.installed-for-tests
 UV := uv==0.13.9
 
 .DEFAULT_GOAL := help
-.PHONY: help verify test setup format lock clean again
+.PHONY: help verify test bench setup format lock clean again
 .DELETE_ON_ERROR:
 
 help:  ## this list
@@ -28,6 +28,10 @@ test: $(READY) $(TESTABLE)  ## lint, format, types, architecture, tests
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n $(JOBS)
 
+bench: $(READY) $(TESTABLE)  ## minirt's speed beside that of whatever else is here
+	$(BIN)/pytest tests/bench/bench_first_hits.py -c tests/bench/pytest.toml --benchmark-json=bench.json
+	$(BIN)/python tests/bench/bench_table.py bench.json
+
 setup: $(READY)  ## only set up .venv
 
 format: $(READY)  ## apply the linter's fixes and the format
@@ -42,7 +46,7 @@ lock: $(READY)  ## resolve pyproject.toml anew into requirements.lock
 	    --output-file requirements.lock pyproject.toml
 
 clean:  ## remove .venv, the report with its history, and every cache
-	rm -rf $(VENV) $(REPORT) build dist *.egg-info .hypothesis .*_cache
+	rm -rf $(VENV) $(REPORT) bench.json .benchmarks build dist *.egg-info .hypothesis .*_cache
 	find minirt converters reference reports tests -name __pycache__ -prune -exec rm -rf {} +
 
 # An environment whose python does not run is made again. PYTHON=... names the one to use.

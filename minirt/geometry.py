@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -107,7 +108,14 @@ class Geometry:
 
     @classmethod
     def of(cls, scene: Scene) -> Geometry:
-        """Gather a scene's primitives in the order of its objects."""
+        """A scene's primitives, in the order of its objects; gathered once for each scene."""
+        known = _KNOWN.get(scene)
+        if known is None:
+            known = _KNOWN[scene] = cls._gathered(scene)
+        return known
+
+    @classmethod
+    def _gathered(cls, scene: Scene) -> Geometry:
         spheres: list[tuple[int, Sphere]] = []
         flat: list[tuple[int, Facets]] = []
         polygons: list[Polygon] = []
@@ -126,6 +134,10 @@ class Geometry:
                 faces += len(thing.faces)
         kind, first = np.array(place, dtype=np.int32).reshape(-1, 2).T
         return cls(_spheres(spheres), _triangles(flat), tuple(polygons), kind, first)
+
+
+#: What was gathered, with its trees, for as long as its scene is there.
+_KNOWN: WeakKeyDictionary[Scene, Geometry] = WeakKeyDictionary()
 
 
 def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:
