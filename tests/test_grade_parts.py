@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from grade_class import small as of_the_atlas
 
 from minirt.frame import Frame
-from minirt.quantities import QUANTITIES
+from minirt.quantities import QUANTITIES, STAGES, Stage
 from minirt.scene import Scene, load_scene
 from reference.compare import compare
 from reference.mutants import CATALOGUE, HONEST
@@ -47,9 +48,9 @@ def seen(name: str, theirs: Frame) -> Evidence:
     return Evidence(exact.scene, "subject", exact.frame, theirs, stability, comparison)
 
 
-def share(rule: str, evidence: Evidence) -> float:
+def share(rule: str, evidence: Evidence, charged: Sequence[Stage] = STAGES) -> float:
     part = Part(name=rule, points=1.0, rules=(rule,))
-    return tally(part, quantities_judged(part, ALL), evidence).share
+    return tally(part, quantities_judged(part, ALL), evidence, charged).share
 
 
 @pytest.mark.parametrize("mutant", CATALOGUE.values(), ids=CATALOGUE)
@@ -75,12 +76,22 @@ def test_a_consequence_is_left_out_of_the_count() -> None:
     arrays["shadow"][:3] = 1 - arrays["shadow"][:3]
     evidence = seen("ball-on-quad", Frame(arrays))
     part = Part(name="shadows", points=1.0, rules=("S12",))
-    counted = tally(part, ("shadow",), evidence)
+    counted = tally(part, ("shadow",), evidence, STAGES)
     assert counted.share == 1
     assert counted.judged == evidence.ours["hit"].size - int(
         (evidence.comparison.ratio["shadow"] > 1).sum()
     )
     assert share("S2", evidence) == pytest.approx(1 - 3 / 36)
+
+
+def test_a_mistake_that_no_part_is_about_excuses_nothing() -> None:
+    """Else wrong flags of hits, which cost nothing, would hide half of the colours."""
+    arrays = {name: array.copy() for name, array in answered("ball-on-quad")[0].frame.items()}
+    arrays["hit"][:17] = ~arrays["hit"][:17]
+    arrays["color"][:17] += 1
+    evidence = seen("ball-on-quad", Frame(arrays))
+    assert share("S13", evidence) == 1
+    assert share("S13", evidence, ["colour"]) == pytest.approx(1 - 17 / 36, abs=0.01)
 
 
 def test_consequences_that_leave_less_than_half_count_as_wrong() -> None:
@@ -106,7 +117,8 @@ def test_what_is_not_given_is_counted() -> None:
     exact, _ = answered("ball-on-quad")
     part = Part(name="order", points=1.0, rules=("S5",))
     names = quantities_judged(part, ALL)
-    some = tally(part, names, seen("ball-on-quad", Frame({"depth": exact.frame["depth"]})))
-    none = tally(part, names, seen("ball-on-quad", Frame({"hit": exact.frame["hit"]})))
+    depth, hit = (Frame({name: exact.frame[name]}) for name in ("depth", "hit"))
+    some = tally(part, names, seen("ball-on-quad", depth), STAGES)
+    none = tally(part, names, seen("ball-on-quad", hit), STAGES)
     assert (some.share, some.given, some.asked) == (1.0, 1, len(names))
     assert (none.share, none.given) == (0.0, 0)

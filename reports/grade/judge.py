@@ -164,7 +164,7 @@ def _result(desk: Desk, sheet: Sheet, opened: Opened, seen: Evidence) -> SheetRe
         zip(rubric.part, desk.assignment.parts, strict=True)
     ):
         if scene.name in scenes:
-            counted = tally(part, names, seen)
+            counted = tally(part, names, seen, desk.assignment.stages)
             right = 0 if vague else counted.right
             tallies[k] = (counted.judged, right, counted.given, counted.asked)
     first = comparison.first_stage

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -81,12 +81,13 @@ def quantities_judged(part: Part, asked: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(name for name in asked if name in wanted)
 
 
-def tally(part: Part, names: tuple[str, ...], seen: Evidence) -> Tally:
+def tally(part: Part, names: tuple[str, ...], seen: Evidence, charged: Collection[Stage]) -> Tally:
     """Count the pixels of one scene for a part.
 
     A pixel is wrong where a quantity of the part is wrong at the pixel's first wrong stage. Where
-    an earlier stage was wrong, the part's own error is a consequence and is left out of the count,
-    as long as half of the pixels are left; after that consequences count as wrong.
+    an earlier stage was wrong that the rubric charges, the part's own error is a consequence and is
+    left out of the count, as long as half of the pixels are left; after that consequences count as
+    wrong. What follows from a mistake that no part is about is wrong here.
 
     Parameters
     ----------
@@ -94,16 +95,19 @@ def tally(part: Part, names: tuple[str, ...], seen: Evidence) -> Tally:
     names : tuple of str
         From `quantities_judged`.
     seen : Evidence
+    charged : collection of str
+        Stages that any part of the rubric is about.
     """
     scene, ours, theirs, comparison = seen.scene, seen.ours, seen.theirs, seen.comparison
     given = [name for name in names if name in comparison.ratio]
     considered = _relevant(part, scene, ours, theirs) & _certain(given or names, seen)
+    excused = np.isin(comparison.first_stage, [STAGES.index(stage) for stage in charged])
     wrong, follows = (np.zeros(ours.size, dtype=np.bool_) for _ in range(2))
     for name in given:
         bad = comparison.ratio[name] > 1
         here = comparison.first_stage == STAGES.index(QUANTITIES[name].stage)
-        wrong |= bad & here
-        follows |= bad & ~here
+        wrong |= bad & (here | ~excused)
+        follows |= bad & ~here & excused
     wrong &= considered
     follows &= considered & ~wrong
     all_, bad_, later = (int(mask.sum()) for mask in (considered, wrong, follows))
