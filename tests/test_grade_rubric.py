@@ -69,8 +69,14 @@ def test_a_good_rubric_finds_its_scenes_and_quantities(tmp_path: Path) -> None:
         ('"atlas:ball-on-quad"', '"atlas:one-sphere"', "two scenes have the same name"),
         ("points = 4", 'points = 4\nscenes = ["atlas:alpha"]', "not among the rubric's scenes"),
         ("points = 4", "points = = 4", "not TOML"),
+        ("points = 4", f"points = {'9' * 5000}", "not TOML; got Exceeds the limit"),
+        ("points = 4", f"points = {'[' * 5000}", "not TOML; got maximum recursion"),
+        ("points = 4", "points = 3.333", "hundredths of a point, and 3.333 is not"),
+        ("points = 4", "points = nan", "part[1].points: not what the key takes; got nan"),
+        ('title = "Spheres"', "limits = {memory_mb = 99999999}", "limits.memory_mb: not what"),
+        ('["atlas:one-sphere", "atlas:ball-on-quad"]', "[]", "got []; expected at least one"),
         ('title = "Spheres"', "title = 3", "title: not what the key takes; got 3"),
-        ('title = "Spheres"', "late = {deadline = 2027-01-31T12:00:00}", "late.deadline"),
+        ('title = "Spheres"', "late = {deadline = 2027-01-31T12:00:00}", "an offset from UTC"),
     ],
 )  # fmt: skip
 def test_a_fault_is_one_sentence(was: str, now: str, words: str, tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ class Bounds(Model):
 
     seconds: float = Field(default=20.0, gt=0, le=3600, description="for each scene")
     build_seconds: float = Field(default=120.0, gt=0, le=3600)
-    memory_mb: int = Field(default=2048, ge=64)
+    memory_mb: int = Field(default=2048, ge=64, le=2**20)
 
 
 class Part(Model):
@@ -61,6 +61,8 @@ class Part(Model):
     def _one_kind(self) -> Part:
         if self.rules and self.stages:
             raise ValueError("a part has rules or stages, not both")
+        if round(self.points, 2) != self.points:
+            raise ValueError(f"marks are in hundredths of a point, and {self.points:g} is not")
         return self
 
 
@@ -123,8 +125,8 @@ def read_rubric(path: Path) -> tuple[Rubric, str]:
     text = _text(path)
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError("not TOML", where=str(path), got=str(error)) from None
+    except (ValueError, RecursionError) as error:  # also of numbers and brackets without end
+        raise InputError("not TOML", where=str(path), got=str(error)[:200]) from None
     try:
         rubric = Rubric.model_validate(document)
     except ValidationError as error:
@@ -144,9 +146,10 @@ def first_fault(error: ValidationError, where: str) -> InputError:
         return InputError("a key is missing", where=f"{where}: {place[1:]}")
     if first["type"] == "extra_forbidden":
         return InputError("there is no such key", where=f"{where}: {place[1:]}")
+    plainly = {"too_short": "at least one", "timezone_aware": "an offset from UTC after the time"}
     return InputError(
         "not what the key takes", where=f"{where}: {place[1:]}", got=repr(found)[:80],
-        expected=message.removeprefix("Input should be "),
+        expected=plainly.get(first["type"]) or message.removeprefix("Input should be "),
     )  # fmt: skip
 
 
