@@ -114,7 +114,7 @@ def _entries(folder: Path) -> Iterator[tuple[os.DirEntry[str], int]]:
 def _crowd(level: int) -> str:
     if level > MOST_LEVELS:
         return f"its folders nest more than {MOST_LEVELS} deep"
-    return f"more than {MOST_ENTRIES:,} files in its folder"
+    return f"its folder holds more than {MOST_ENTRIES:,} files"
 
 
 def _is_file(entry: os.DirEntry[str], room: Path) -> bool:

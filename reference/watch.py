@@ -170,7 +170,7 @@ class Watch:
         if self._seconds > limits.cpu_seconds:
             return _too_long(limits)
         if sum(process.threads for process in processes) - self._own > limits.processes:
-            return f"more than {limits.processes} processes and threads"
+            return f"ran more than {limits.processes} processes and threads"
         at_most = sum(process.resident for process in processes)
         if at_most > limits.memory and proportional_memory(processes) > limits.memory:
             return f"used more than {size_text(limits.memory)} of memory"

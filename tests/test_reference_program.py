@@ -191,12 +191,12 @@ SPEND: dict[str, tuple[str, dict[str, Any], str]] = {
     "processes": (
         "for _ in range(45):\n    if os.fork() == 0: time.sleep(99)\ntime.sleep(99)",
         {"processes": 30},
-        "more than 30 processes and threads",
+        "ran more than 30 processes and threads",
     ),
     "threads": (
         "for _ in range(45): threading.Thread(target=time.sleep, args=[99]).start()",
         {"processes": 30},
-        "more than 30 processes and threads",
+        "ran more than 30 processes and threads",
     ),
     "one file": (
         "file = open('big', 'wb')\nwhile True: file.write(bytes(2**16))",
@@ -222,7 +222,7 @@ SPEND: dict[str, tuple[str, dict[str, Any], str]] = {
     "empty files": (
         "for i in range(9999): open('%x' % i, 'wb')",
         {},
-        "more than 2,500 files in its folder",
+        "its folder holds more than 2,500 files",
     ),
     "deep folders": (
         "while True: os.mkdir('d'); os.chdir('d')",
@@ -258,7 +258,7 @@ def test_forks_without_end_are_ended(place: Place) -> None:
     """The kernel stops it at some above the limit; at the limit it is seen and ended."""
     code = "while True:\n    try: os.fork()\n    except OSError: pass"
     ended = place.run(IMPORTS + code, processes=20)
-    assert ended.reason == "more than 20 processes and threads"
+    assert ended.reason == "ran more than 20 processes and threads"
 
 
 def test_the_kernel_holds_the_limit_of_processes(mine: Place) -> None:

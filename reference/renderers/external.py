@@ -232,7 +232,7 @@ def _require_plain(room: Path) -> None:
 
 def _sentence(reason: str) -> str:
     """How a program ended, as a sentence of its own."""
-    whole = ("there is no program", "no answer within")
+    whole = ("there is no program", "no answer within", "its ", "one of its ")
     return reason if reason.startswith(whole) else f"the program {reason}"
 
 
