@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shlex
+import stat
 import sys
 import tomllib
 from collections.abc import Sequence
@@ -117,6 +118,7 @@ def digest_of(path: Path) -> str:
             if each.is_symlink() or not each.is_file() or each.stat().st_size > MOST_BYTES:
                 digest.update(b"not read")
                 continue
+            digest.update(b"run" if each.stat().st_mode & stat.S_IXUSR else b"read")
             with each.open("rb") as stream:
                 digest.update(hashlib.file_digest(stream, "sha256").digest())
     except (OSError, InputError) as error:
