@@ -91,7 +91,7 @@ def _print(record: ClassRecord, out: Path, console: Console) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from reports.grade.words import points
+    from reports.grade.words import about, points
     from reports.words import count, one_line
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
@@ -99,11 +99,8 @@ def _print(record: ClassRecord, out: Path, console: Console) -> None:
     table.add_column("points", justify="right", no_wrap=True)
     table.add_column("first wrong stage, likely mistake", overflow="fold")
     for student in record.students:
-        why = [student.stage, student.mistake, one_line(student.message, 120)]
-        table.add_row(
-            Text(student.name), points(student.marks.points),
-            Text("; ".join(word for word in why if word)),
-        )  # fmt: skip
+        told = Text(one_line(about(student), 160))
+        table.add_row(Text(student.name), points(student.marks.points), told)
     console.print(table)
     for each in record.copies:
         console.print(f"looks copied: {each.sentence}", soft_wrap=True)

@@ -108,3 +108,14 @@ def test_another_rubric_makes_other_marks(place: Path) -> None:
     assert run(COMMAND) == 0
     grades = (place / "out" / "grades.csv").read_text(encoding="utf-8").splitlines()
     assert grades[1].startswith("ana,7,7,")
+
+
+def test_a_time_of_nobody_is_told(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    late = "late = {deadline = 2027-01-31T12:00:00Z, per_day = 0.5}\n"
+    (place / "rubric.toml").write_text(late + RUBRIC, encoding="utf-8")
+    rows = "student,submitted\nana,2027-01-30T12:00:00Z\nBen,2027-01-30T12:00:00Z\n"
+    (place / "times.csv").write_text(rows, encoding="utf-8")
+    assert run([*COMMAND, "--times", "times.csv"]) == 0
+    said = capsys.readouterr().out
+    assert "no time is known of 1 of 2 submissions, on time therefore: ben" in said
+    assert "times of nobody who has handed in: Ben" in said

@@ -22,7 +22,8 @@ from reports.grade.hidden import variant
 from reports.grade.judge import Desk
 from reports.grade.record import ClassRecord, Student
 from reports.grade.run import grade_class
-from reports.grade.submission import open_submission, students_in
+from reports.grade.submission import digest_of, open_submission, students_in
+from reports.grade.tables import grades_csv
 
 SCENE = "ball-on-quad"
 RUBRIC = f"""
@@ -115,7 +116,7 @@ def test_no_page_of_a_student_holds_a_hidden_scene(record: ClassRecord, folder: 
         assert "seed" not in text
         assert hidden.sha256 not in text
     copier = (folder / "out" / "students" / "copier" / "report.md").read_text(encoding="utf-8")
-    assert "0 points come from hidden scenes" in copier
+    assert "0 of 5 points come from hidden scenes, which only programs render" in copier
     assert copier.count(SCENE) == 1  # of the public one
 
 
@@ -137,8 +138,21 @@ def test_a_crash_is_shown_with_its_last_words_of_public_scenes(
     public, hidden = student(record, "crashing").results
     assert "my last words" in public.output
     assert hidden.output == ""
-    page = folder / "out" / "students" / "crashing" / "report.html"
-    assert "my last words" in page.read_text(encoding="utf-8")
+    files = [*(folder / "out" / "students" / "crashing").iterdir()]
+    assert len(files) == 3
+    for path in files:  # Gradescope's too: there it is all that a student sees
+        text = path.read_text(encoding="utf-8")
+        assert "my last words" in text, path
+        assert "crashed: the program was ended by SIGABRT" in text, path
+    assert "no frame of 2 scenes, crashed" in grades_csv(record)
+
+
+def test_a_program_that_may_be_run_now_is_another_submission(tmp_path: Path) -> None:
+    tracer = tmp_path / "tracer"
+    tracer.write_bytes(b"")
+    before = digest_of(tmp_path)
+    tracer.chmod(0o755)
+    assert digest_of(tmp_path) != before
 
 
 def test_a_build_that_fails_is_shown_with_its_last_output(record: ClassRecord) -> None:
@@ -150,7 +164,7 @@ def test_a_build_that_fails_is_shown_with_its_last_output(record: ClassRecord) -
 
 def test_frames_earn_nothing_on_hidden_scenes_and_that_is_said(record: ClassRecord) -> None:
     assert student(record, "frames").marks.points == 5
-    assert "1 submissions are frames, which earn nothing on hidden scenes" in record.remarks
+    assert "1 submission is frames, which earn nothing on hidden scenes" in record.remarks
 
 
 @pytest.mark.parametrize(

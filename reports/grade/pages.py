@@ -16,6 +16,7 @@ from reports.grade.draw import DRAWN, PICTURES
 from reports.grade.judge import SheetResult
 from reports.grade.record import ClassRecord, Student, frequent_mistakes
 from reports.grade.words import (
+    about,
     all_right,
     headline,
     lateness,
@@ -28,7 +29,7 @@ from reports.grade.words import (
 from reports.legends import bands
 from reports.page_template import template
 from reports.rule_names import RULE_NAMES
-from reports.words import count, one_line
+from reports.words import count
 
 _CAPTIONS = {"ours": "right", "theirs": "yours", "difference": "difference"}
 #: Columns of the histogram.
@@ -77,7 +78,7 @@ def class_html(record: ClassRecord) -> str:
         histogram=list(_histogram(record)),
         hardest=sorted(_parts(record), key=lambda part: float(part["share"])),
         mistakes=frequent_mistakes(students)[:_MOST_MISTAKES],
-        students=[(each, _about(each)) for each in students],
+        students=[(each, about(each)) for each in students],
     )  # fmt: skip
 
 
@@ -123,13 +124,3 @@ def _parts(record: ClassRecord) -> Iterator[dict[str, Any]]:
         share = sum(each.points for each in earned) / (part.of * len(earned))
         full = sum(each.points == each.of for each in earned)
         yield {"name": part.name, "of": part.of, "share": share, "full": full}
-
-
-def _about(student: Student) -> str:
-    """What to talk about with a student, in a clause or two."""
-    if student.message:
-        return one_line(student.message)
-    failed = sum(result.state != "judged" for result in student.results)
-    told = [f"it {student.mistake}" if student.mistake else student.stage]
-    told += [f"no frame of {count(failed, 'scene')}"] if failed else []
-    return "; ".join(each for each in told if each)

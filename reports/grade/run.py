@@ -23,7 +23,7 @@ from minirt.errors import InputError, MinirtError, ReferenceError
 from reference.isolate import Workers
 from reference.program import sandbox_missing
 from reference.rooms import remove
-from reports.grade.assignment import Assignment, Sheet
+from reports.grade.assignment import Sheet
 from reports.grade.closer import Closer, look_closer
 from reports.grade.copies import find_copies
 from reports.grade.judge import Desk, SheetResult, judge_sheet, prepare, without_frame
@@ -35,14 +35,18 @@ from reports.grade.record import (
     shown_name,
     write_json,
 )
+from reports.grade.rubric import Rubric
 from reports.grade.score import Speaking, days_late, marks_of
 from reports.grade.student_files import write_student
 from reports.grade.submission import Opened, build, digest_of, open_submission
 from reports.run import made_folder
 from reports.subject import GRACE
+from reports.words import count, listed
 
 #: Failing scenes of a student that are explained: the first, and the next of another stage.
 _EXPLAINED = 2
+#: Students whom a remark names.
+_NAMED = 10
 #: Seconds for what is ours to do with one submission, or with one of its scenes.
 _PATIENCE = 300.0
 
@@ -101,9 +105,10 @@ def grade_class(
         office = _Office(desk, workers, out, speaking, times or {})
         graded = list(_graded(office, students, jobs, progress))
     rubric = desk.assignment.rubric
+    remarks = _remarks(rubric, graded, sorted(office.times.keys() - students.keys()))
     return ClassRecord(
         title=rubric.title, of=rubric.points, students=tuple(graded),
-        copies=find_copies(graded), remarks=tuple(_remarks(desk.assignment, graded)),
+        copies=find_copies(graded), remarks=tuple(remarks),
     )  # fmt: skip
 
 
@@ -246,16 +251,27 @@ def _closer(
     return tuple(outcome.value for outcome in ended if outcome.state == "done")
 
 
-def _remarks(assignment: Assignment, students: Sequence[Student]) -> Iterator[str]:
-    rubric = assignment.rubric
+def _remarks(
+    rubric: Rubric, students: Sequence[Student], strangers: Sequence[str]
+) -> Iterator[str]:
     if rubric.late is not None:
         unknown = [student.name for student in students if student.submitted is None]
         if unknown:
-            number = f"{len(unknown)} of {len(students)}"
-            yield f"no time is known of {number} submissions; they count as handed in on time"
+            number = f"{len(unknown)} of {count(len(students), 'submission')}"
+            yield f"no time is known of {number}, on time therefore: {_some(unknown)}"
+    if strangers:
+        yield f"times of nobody who has handed in: {_some(strangers)}"
     if rubric.hidden is not None and any(s.kind == "frames" for s in students):
         frames = sum(s.kind == "frames" for s in students)
-        yield f"{frames} submissions are frames, which earn nothing on hidden scenes"
+        have = count(frames, "submission is", "submissions are")
+        yield f"{have} frames, which earn nothing on hidden scenes"
+
+
+def _some(names: Sequence[str]) -> str:
+    """Names in a sentence, not more than a few of them."""
+    few = [shown_name(name) for name in names[:_NAMED]]
+    more = len(names) - len(few)
+    return listed([*few, count(more, "other")] if more else few)
 
 
 def _key(desk: Desk, path: Path, name: str, submitted: datetime | None) -> str:

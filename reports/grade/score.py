@@ -31,6 +31,7 @@ class PartMarks(Model):
     hidden_earned: float | None = Field(
         default=None, description="points from hidden scenes; null: none"
     )
+    hidden_of: float = Field(default=0.0, description="of those that hidden scenes decide")
     weakest: str = Field(default="", description="the public scene that earns least")
 
 
@@ -108,6 +109,7 @@ def _part(
         name=part.name, points=points, of=part.points, scenes=len(earned[True]),
         full=sum(share == 1 for share, _ in earned[True]),
         hidden_earned=round(part.points * weight * hidden, 2) if weight else None,
+        hidden_of=round(part.points * weight, 2),
         weakest=least[1] if least[0] < 1 else "",
     )  # fmt: skip
 

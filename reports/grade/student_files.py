@@ -16,10 +16,12 @@ from reports.grade.words import (
     headline,
     lateness,
     message_of,
+    missing_in_words,
     part_in_words,
     points,
     sheet_in_words,
 )
+from reports.words import plain
 
 
 def write_student(student: Student, title: str, places: dict[str, Path], folder: Path) -> None:
@@ -46,7 +48,7 @@ def write_student(student: Student, title: str, places: dict[str, Path], folder:
 def gradescope(student: Student) -> dict[str, Any]:
     """Gradescope's `results.json`: a test a part; the score, lateness included, stands above."""
     marks = student.marks
-    lines = [headline(student), lateness(student), message_of(student)]
+    lines = [headline(student), lateness(student), message_of(student), *missing_in_words(student)]
     lines += [f"{each.scene}: {closer_in_words(each)}" for each in student.closer]
     return {
         "score": marks.points,
@@ -85,6 +87,9 @@ def markdown(student: Student, title: str) -> str:
     if student.public:
         lines += ["", "| scene | |", "|---|---|"]
         lines += [f"| {_cell(r.scene)} | {_cell(sheet_in_words(r))} |" for r in student.public]
+    for result in student.public:
+        if words := plain(result.output).strip():
+            lines += ["", f"The program's last output on {_cell(result.scene)}:", "", *_code(words)]
     for closer in student.closer:
         column, row = closer.pixel
         lines += ["", f"## {_cell(closer.scene)}", "", closer_in_words(closer), ""]

@@ -8,7 +8,7 @@ import io
 from junitparser import Failure, JUnitXml, TestCase, TestSuite
 
 from reports.grade.record import ClassRecord, Student
-from reports.grade.words import message_of, part_in_words, points
+from reports.grade.words import message_of, no_frames, part_in_words, points
 from reports.words import one_line
 
 #: What a spreadsheet takes for the beginning of a formula.
@@ -29,7 +29,8 @@ def grades_csv(record: ClassRecord) -> str:
         writer.writerow(
             [_text(student.name), points(marks.points), points(marks.of), marks.late_days,
              points(marks.penalty), *(points(part.points) for part in marks.parts), student.kind,
-             student.stage, _text(student.mistake), _text(one_line(student.message))]
+             student.stage, _text(student.mistake),
+             _text(one_line(student.message or no_frames(student)))]
         )  # fmt: skip
     return stream.getvalue()
 

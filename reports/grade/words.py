@@ -24,7 +24,35 @@ def headline(student: Student) -> str:
         return f"{text}: nothing could be graded"
     if student.mistake:
         return f"{text}; it {student.mistake}"
-    return f"{text}; the first wrong stage is {student.stage}" if student.stage else text
+    if student.stage:
+        return f"{text}; the first wrong stage is {student.stage}"
+    missing = sum(result.state != "judged" for result in student.public)
+    return f"{text}; no frame of {count(missing, 'scene')}" if missing else text
+
+
+def missing_in_words(student: Student) -> list[str]:
+    """Of each public scene without a frame why, and a program's last words."""
+    missing = [result for result in student.public if result.state != "judged"]
+    return [
+        "\n".join(filter(None, [f"{r.scene}: {sheet_in_words(r)}", plain(r.output).strip()]))
+        for r in missing
+    ]
+
+
+def no_frames(student: Student) -> str:
+    """How many scenes, hidden ones too, have no frame, and why the first has none; else empty."""
+    missing = [result for result in student.results if result.state != "judged"]
+    if not missing:
+        return ""
+    return f"no frame of {count(len(missing), 'scene')}, {sheet_in_words(missing[0])}"
+
+
+def about(student: Student) -> str:
+    """What staff may talk about with a student, in a clause or two; empty where nothing is."""
+    if student.message:
+        return one_line(student.message)
+    told = [student.stage, f"it {student.mistake}" if student.mistake else "", no_frames(student)]
+    return "; ".join(filter(None, told))
 
 
 def lateness(student: Student) -> str:
@@ -44,7 +72,10 @@ def part_in_words(part: PartMarks) -> str:
     if part.weakest:
         text += f", least on {part.weakest}"
     if part.hidden_earned is not None:
-        text += f"; {points(part.hidden_earned)} points come from hidden scenes"
+        text += (
+            f"; {points(part.hidden_earned)} of {points(part.hidden_of)} points come from hidden "
+        )
+        text += "scenes, which only programs render"
     return text
 
 
