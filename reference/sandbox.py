@@ -2,7 +2,7 @@
 
 Inside there is no network, no other process and of the file system only what programs need:
 the system's own folders, this Python, the program and the files that its command names, read
-only, and minirt's own answers never; a `/tmp` and a `/dev/shm` of its own; and its room, the only
+only, and minirt and its answers never; a `/tmp` and a `/dev/shm` of its own; and its room, the only
 one of the caller's folders that it can write to. Who starts it as root starts it as another,
 unprivileged user, because the limit of processes does not hold for root. Any other user needs the
 kernel's user namespaces.
@@ -41,6 +41,11 @@ _NAMESPACES = (
 )  # fmt: skip
 #: systemd's range for users that exist only while a service runs: nobody else has their ids.
 _FIRST_UID, _UIDS = 61184, 4336
+#: What computes the right answers.
+_PACKAGES = tuple(
+    Path(__file__).resolve().parents[1] / name
+    for name in ("minirt", "converters", "reference", "reports")
+)
 _turns = itertools.count(os.getpid())
 
 
@@ -124,13 +129,18 @@ def _bubblewrap(room: Path, scratch: Path, wanted: Iterable[Path], uid: int | No
     for place in _readable(wanted):
         if not place.is_relative_to(room):
             words += [*_parents(place), *_read_only(place)]
-    answers = usual_folder().resolve()  # a program's folder may hold it: somebody's home
-    if os.path.isdir(answers) and any(  # noqa: PTH112 - Path's raises what it may not see
-        answers.is_relative_to(p) for p in _readable(wanted)
-    ):
-        words += ["--tmpfs", str(answers)]
+    words += [word for place in _ours(wanted) for word in ("--tmpfs", str(place))]
     words += [*_parents(room), "--bind", str(room), str(room), "--chdir", str(room)]
     return [*words, "--remount-ro", "/dev", "--remount-ro", "/"]
+
+
+def _ours(wanted: Iterable[Path]) -> Iterator[Path]:
+    """What of minirt and its answers could be read: this Python's packages, somebody's home."""
+    shown = _readable(wanted)
+    for place in (usual_folder().resolve(), *_PACKAGES):
+        is_there = os.path.isdir(place)  # noqa: PTH112 - Path's raises what it may not see
+        if is_there and any(place.is_relative_to(each) for each in shown):
+            yield place
 
 
 def _readable(wanted: Iterable[Path]) -> list[Path]:

@@ -56,6 +56,7 @@ def grade(root: Path) -> dict[str, object]:
     script = script.replace("/autograder", str(root))
     done = subprocess.run([BASH, "-c", script], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
+    assert "submission" in done.stdout or "rubric.toml" in done.stdout  # for the staff
     document = json.loads((root / "results" / "results.json").read_text(encoding="utf-8"))
     assert isinstance(document, dict)
     return document
@@ -69,7 +70,7 @@ def test_a_submission_is_graded_with_its_time(autograder: Path) -> None:
     assert "1 begun day late" in str(document["output"])
     (autograder / "source" / "rubric.toml").write_text("scenes = 3", encoding="utf-8")
     refused = grade(autograder)
-    assert refused["score"] == 0
+    assert (refused["score"], refused["stdout_visibility"]) == (0, "hidden")
     assert "staff can see why" in str(refused["output"])
 
 

@@ -461,6 +461,23 @@ os.chmod("tool", 0o6755); os.chmod("closed/inner/x", 0); os.chmod("closed", 0)
         assert here.st_mode & stat.S_IRUSR
 
 
+def test_minirt_itself_is_not_in_the_sandbox(
+    mine: Place, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it is installed among this Python's packages, a program could let it render."""
+    site = tmp_path
+    site.chmod(0o755)
+    (site / "numpy").mkdir()
+    (site / "minirt").mkdir()
+    (site / "minirt" / "render.py").write_text("the algorithm")
+    monkeypatch.setattr(sandbox, "_PACKAGES", (site / "minirt", site / "absent"))
+    words = ["ls", str(site), str(site / "minirt")]
+    shown = run_program(words, mine.room, sandbox=True, visible=[site])
+    assert shown.status == 0
+    assert "numpy" in shown.output
+    assert "render.py" not in shown.output
+
+
 def test_no_sandbox_without_bubblewrap(mine: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(mine.room))
     with pytest.raises(ReferenceError, match="apt-get install bubblewrap") as caught:
