@@ -21,7 +21,7 @@ from minirt.scene import Scene
 from reports.cli import run
 from reports.pack import approve_pack, differences, make_pack, read_manifest
 from reports.pack.check import check_scene
-from reports.pack.manifest import MANIFEST, files_in
+from reports.pack.manifest import CHECKSUM, MANIFEST, files_in, write_manifest
 
 
 def small(name: str = "ball", light: float = -1.0) -> Scene:
@@ -127,12 +127,30 @@ def test_what_is_missing_or_strange_is_found(pack: Path) -> None:
     assert ": stray: not in the manifest" in found
 
 
-def test_a_changed_manifest_is_no_manifest(pack: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = pack / MANIFEST
-    path.write_bytes(path.read_bytes().replace(b'"honest"', b'"Honest"', 1))
-    assert run(["pack", "verify", str(pack)]) == 2
-    assert "not the one that was written" in capsys.readouterr().err
+@pytest.mark.parametrize("name", [MANIFEST, CHECKSUM])
+def test_one_flipped_bit_of_the_manifest_is_found(
+    name: str, pack: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    content = bytearray((pack / name).read_bytes())
+    content[40] ^= 1
+    (pack / name).write_bytes(content)
+    assert run(["pack", "verify", str(pack)]) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "manifest.json is not the one that manifest.sha256 was written for" in said
+    words = ["pack", "approve", str(pack), "--who", "Ada", "--why", "b", "--reference", "none"]
+    assert run(words) == 2
+
+
+def test_a_folder_without_a_manifest_is_no_pack(pack: Path) -> None:
     assert run(["pack", "verify", str(pack / "ball")]) == 2
+
+
+def test_a_manifest_leads_nowhere_else(pack: Path) -> None:
+    manifest = read_manifest(pack)
+    away = manifest.scenes[0].model_copy(update={"folder": "../elsewhere"})
+    write_manifest(manifest.model_copy(update={"scenes": [away]}), pack)
+    with pytest.raises(InputError, match=r"scenes\.0\.folder"):
+        read_manifest(pack)
 
 
 def test_what_a_reference_contradicts_is_not_packed(tmp_path: Path) -> None:
@@ -147,6 +165,11 @@ def test_other_frames_are_not_packed_over_but_approved(pack: Path) -> None:
     before = files_in(pack)
     with pytest.raises(InputError, match="other frames; got ball"):
         make_pack([small(light=-1.5), small("another <ball>")], pack, jobs=1)
+    with pytest.raises(InputError, match="scenes that would be lost; got another <ball>"):
+        make_pack([small()], pack, jobs=1)
+    for who, why in (("", "a reason"), ("Ada", " ")):
+        with pytest.raises(InputError, match="an approval says who and why"):
+            approve_pack(pack, [small(light=-1.5)], who, why, jobs=1)
     assert files_in(pack) == before
     (record,) = approve_pack(pack, [small(light=-1.5)], "Ada", "the light moved", jobs=1)
     assert (record.scene, record.who, record.why) == ("ball", "Ada", "the light moved")

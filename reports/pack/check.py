@@ -17,6 +17,7 @@ from reference.isolate import Workers
 from reports.pack.manifest import (
     CHECKSUM,
     MANIFEST,
+    ChangedManifest,
     Manifest,
     SceneEntry,
     array_hash,
@@ -49,9 +50,13 @@ def differences(
     Raises
     ------
     InputError
-        It is no pack, or its manifest was changed.
+        It is no pack.
     """
-    manifest = read_manifest(folder)
+    try:
+        manifest = read_manifest(folder)
+    except ChangedManifest as error:
+        yield Difference("", error.what)
+        return
     yield from _strangers(folder, manifest)
     with Workers(max(1, min(jobs, len(manifest.scenes)))) as workers:
         started = [workers.submit(None, check_scene, folder, entry) for entry in manifest.scenes]

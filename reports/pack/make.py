@@ -79,7 +79,8 @@ def make_pack(
     scenes : sequence of Scene
         At least one; their names differ.
     folder : Path
-        New, empty, or an earlier pack whose frames are the same: see `approve_pack`.
+        New, empty, or an earlier pack of these scenes, or fewer, whose frames are the same: see
+        `approve_pack`.
     references : sequence of Reference
         Who is asked to confirm; the exact judge is always asked.
     required : collection of str
@@ -90,7 +91,7 @@ def make_pack(
     Raises
     ------
     InputError
-        The folder holds something else, or frames that are not these.
+        The folder holds something else, frames that are not these, or more scenes.
     ReferenceError
         A frame is contradicted, or a required reference did not answer.
     """
@@ -126,7 +127,7 @@ def approve_pack(
     scenes : sequence of Scene
         To be rendered and confirmed anew.
     who, why : str
-        Kept in the pack.
+        Kept in the pack; not empty.
     references, required, jobs, progress
         As for `make_pack`.
 
@@ -134,7 +135,17 @@ def approve_pack(
     -------
     tuple of Approval
         One for each scene whose frame is another now.
+
+    Raises
+    ------
+    InputError
+        It is no pack, or nobody approves, or for no reason.
+    ReferenceError
+        As for `make_pack`.
     """
+    for name, text in (("who", who), ("why", why)):
+        if not text.strip():
+            raise InputError("an approval says who and why", where=name, got=repr(text))
     _require_room(folder)
     old = read_manifest(folder)
     tell = _steps(2 * len(scenes), progress)
@@ -326,6 +337,12 @@ def _require_room(folder: Path) -> None:
 
 
 def _require_unchanged(old: Manifest, new: Manifest, folder: Path) -> None:
+    lost = [entry.name for entry in old.scenes if new.entry(entry.name) is None]
+    if lost:
+        raise InputError(
+            "the pack there has scenes that would be lost", where=str(folder),
+            got=", ".join(lost)[:200], expected="these scenes too, or another folder",
+        )  # fmt: skip
     changed = [
         entry.name
         for entry in new.scenes
