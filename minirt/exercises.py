@@ -257,7 +257,12 @@ def checked(exercises: Sequence[Exercise], answers: Mapping[str, Any]) -> dict[s
             raise InputError(
                 "not an answer", where=number, got=repr(given)[:80], expected=f"an object: {form}"
             )
-        found[number] = None if given is None else exercise.check(given)
+        try:
+            found[number] = None if given is None else exercise.check(given)
+        except InputError as error:
+            raise InputError(
+                error.what, where=f"{number}: {error.where}", got=error.got, expected=error.expected
+            ) from None
     return found
 
 

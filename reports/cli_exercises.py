@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
     from minirt.exercises import Exercise
 
+#: Bytes beyond which a file holds no answers.
+_LONGEST = 2**20
+
 
 def exercises(
     generate: Annotated[
@@ -27,7 +30,8 @@ def exercises(
         Path | None,
         typer.Option(
             metavar="ANSWERS.json", show_default=False,
-            help="Mark answers: an object with one for each number, in the form that --json shows.",
+            help='Mark answers, by their exercise: {"1": {"direction": [1, 0, 0]}, "2": '
+            '{"center": [0, 0, 0], "radius": 1}, "3": {"direction": [1, 0, 0]}}.',
         ),
     ] = None,
     unsolved: Annotated[
@@ -61,11 +65,14 @@ def _read(path: Path) -> dict[str, Any]:
 
     from minirt.errors import InputError
 
+    if path.exists() and not (path.is_file() and path.stat().st_size <= _LONGEST):
+        raise InputError("no answers", where=str(path), expected="a file of at most 1 MiB")
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError("the answers cannot be read", where=str(path), got=reason) from None
+        got = reason.partition(";")[0]
+        raise InputError("the answers cannot be read", where=str(path), got=got) from None
     if not isinstance(document, dict):
         raise InputError(
             "not answers", where=str(path), expected='as {"1": {"direction": [1, 0, 0]}}'

@@ -116,4 +116,9 @@ def test_the_command_prints_marks_and_hides(
     for text in ("", "[]", "{"):
         file.write_text(text, encoding="utf-8")
         assert run(["exercises", "--check", str(file)]) == 2
-    assert run(["exercises", "--check", str(tmp_path)]) == 2
+    for path in (tmp_path, Path("/dev/zero")):
+        assert run(["exercises", "--check", str(path)]) == 2
+    file.write_text('{"1": {"direction": [1, 2, 3]}, "2": {"center": [1], "radius": 1}}')
+    capsys.readouterr()
+    assert run(["exercises", "--check", str(file)]) == 2
+    assert "2: center: not an answer; got [1]; expected 3 numbers" in capsys.readouterr().err
