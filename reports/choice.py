@@ -18,32 +18,23 @@ def scene_names(named: Sequence[str] | None) -> list[str]:
 
 
 def chosen_scenes(named: Sequence[str] | None) -> list[Scene]:
-    """Those scenes, loaded.
+    """Those scenes, loaded; no two of one name, since frames, records and histories go by it.
 
     Raises
     ------
     InputError or SceneError
-    """
-    from minirt.scene import load_scene
-
-    return [load_scene(name) for name in scene_names(named)]
-
-
-def distinct_scenes(named: Sequence[str] | None) -> list[Scene]:
-    """The same, where frames and records go by a scene's name.
-
-    Raises
-    ------
-    InputError
-        Two scenes of one name.
+        Two scenes of one name, or one that cannot be loaded.
     """
     from minirt.errors import InputError
+    from minirt.scene import load_scene
+    from reports.words import one_line, plain
 
-    scenes = chosen_scenes(named)
-    names = [scene.name for scene in scenes]
-    twice = {name for name in names if names.count(name) > 1}
+    scenes = [load_scene(name) for name in scene_names(named)]
+    names = [plain(scene.name) for scene in scenes]
+    twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise InputError("two scenes have the same name", got=", ".join(sorted(twice))[:200])
+        got = one_line(", ".join(twice), 200)
+        raise InputError("two scenes have the same name", got=got, expected="a name for each")
     return scenes
 
 

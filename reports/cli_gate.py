@@ -91,7 +91,7 @@ def gate(
     """
     from minirt.render import chosen_quantities
     from reference.diagnose import diagnose
-    from reports.choice import cache_unless, distinct_scenes, scene_names
+    from reports.choice import cache_unless, chosen_scenes, scene_names
     from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
@@ -103,7 +103,7 @@ def gate(
     judged, last = subject.reference(), _until(until)
     chosen = chosen_quantities(quantities or None)
     required = _required(require, chosen)
-    loaded = distinct_scenes(scenes)
+    loaded = chosen_scenes(scenes)
     for scene in loaded:
         judged.declare(scene)  # refused before anything is rendered
     known = _baseline(baseline, update)

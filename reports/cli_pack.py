@@ -83,12 +83,12 @@ def make(
     uncertain; manifest.json has the SHA-256 of everything, who confirms each quantity, and the
     tolerances. The same pack has the same bytes on every machine.
     """
-    from reports.choice import distinct_scenes
+    from reports.choice import chosen_scenes
     from reports.pack import make_pack
 
     chosen, required = _references(reference, require)
     with progress("pack") as tell:
-        manifest = make_pack(distinct_scenes(scenes), out, chosen, required, jobs, tell)
+        manifest = make_pack(chosen_scenes(scenes), out, chosen, required, jobs, tell)
     if json:
         print_json(manifest.model_dump(mode="json"))
     else:
@@ -153,13 +153,13 @@ def approve(
 def _anew(folder: Path, only: Only, scenes: list[str] | None, jobs: int) -> list[Scene]:
     """The scenes that are to be rendered and confirmed anew."""
     from minirt import load_scene
-    from reports.choice import distinct_scenes
+    from reports.choice import chosen_scenes
     from reports.pack import differences, read_manifest
 
     manifest = read_manifest(folder)
     packed = {entry.name: folder / entry.folder / "scene.json" for entry in manifest.scenes}
     lacking = (
-        [s for s in distinct_scenes(scenes) if s.name not in packed] if only != Only.failing else []
+        [s for s in chosen_scenes(scenes) if s.name not in packed] if only != Only.failing else []
     )
     if only is Only.missing:
         return lacking

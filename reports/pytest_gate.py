@@ -80,13 +80,13 @@ class _Gate(pytest.Collector):
     def collect(self) -> list[pytest.Item]:
         from minirt.errors import MinirtError
         from minirt.render import chosen_quantities
-        from reports.choice import distinct_scenes
+        from reports.choice import chosen_scenes
         from reports.console import names_in
 
         chosen = names_in(_option(self.config, "scenes"))
         try:
             subject = _subject(self.config).reference()
-            scenes = distinct_scenes(chosen)
+            scenes = chosen_scenes(chosen)
             names = chosen_quantities(_option(self.config, "quantities") or None)
             for scene in scenes:
                 subject.declare(scene)
