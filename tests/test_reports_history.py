@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sqlite3
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from fake_references import HOSTILE
@@ -17,6 +20,7 @@ from report_runs import empty_run, good_run, troubled_run
 from minirt.errors import InputError
 from reports.before import Point, Standing
 from reports.history import History, entry_of, read_entry
+from reports.history.entry import LONGEST_NAME, kept_name
 from reports.record import results_document, results_json
 from reports.words import plain
 
@@ -259,3 +263,50 @@ def test_a_document_of_version_1_without_what_was_added_is_still_one() -> None:
     old = document()
     del old["judged"], old["remarks"]
     assert entry_of(old) == entry_of(document())
+
+
+def test_long_names_that_begin_alike_stay_apart() -> None:
+    alike = "A" * 10_000
+    names = [kept_name(alike + last) for last in "xy"]
+    assert len(set(names)) == 2
+    assert {len(name) for name in names} == {LONGEST_NAME}
+    assert kept_name("A" * LONGEST_NAME) == "A" * LONGEST_NAME
+
+
+def test_a_number_that_no_database_holds_is_one_clear_error(tmp_path: Path) -> None:
+    huge = document()
+    huge["scenes"][0]["peak_memory"] = 10**30
+    with (
+        History(str(tmp_path / "history.sqlite")) as history,
+        pytest.raises(InputError, match="the run cannot be recorded"),
+    ):
+        history.append(entry_of(huge))
+
+
+def _wrong(results: dict[str, Any], **changes: object) -> None:
+    results["scenes"][0]["references"][0]["checks"][1] |= changes
+
+
+CONVICTED = {"pixels": 9, "seconds": 1.0, "counts": [], "convicted": 1, "convictions": []}
+CONTRADICTIONS: dict[str, tuple[Callable[[dict[str, Any]], None], str]] = {
+    "wrong pixels": (lambda d: _wrong(d, wrong=7), "ball × honest × hit: .*got passed.* failed"),
+    "vague": (lambda d: _wrong(d, certain=1), "ball × honest × hit: .*got passed.* failed"),
+    "a scene": (lambda d: _wrong(d, state="failed", wrong=7), "ball: .*got passed.* failed"),
+    "a crash": (lambda d: _wrong(d, state="crashed"), "ball: .*got passed.* incomplete"),
+    "convicted": (lambda d: d["scenes"][0].update(judgement=CONVICTED), "ball: .*failed"),
+    "the outcome": (lambda d: d["verdict"].update(outcome="failed"), "verdict.outcome"),
+    "no scenes": (lambda d: d.update(scenes=[]), "verdict.outcome: .* expected empty"),
+    "the status": (lambda d: d["verdict"].update(exit_status=1), "verdict.exit_status: .*got 1"),
+}
+
+
+@pytest.mark.parametrize("what", CONTRADICTIONS)
+def test_results_that_contradict_themselves_are_no_run(what: str, tmp_path: Path) -> None:
+    change, said = CONTRADICTIONS[what]
+    edited = document()
+    change(edited)
+    path = tmp_path / "results.json"
+    path.write_text(json.dumps(edited), encoding="utf-8")
+    with pytest.raises(InputError, match=said) as caught:
+        read_entry(path)
+    assert str(path) in caught.value.where

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from minirt.errors import InputError
 from reference.compare import State
 from reports.before import CellName
+from reports.history.borne_out import require_borne_out
 from reports.json_model import Number
 from reports.record import AnswerModel, CheckModel, ResultsModel, SceneModel
 from reports.words import COMPARED, UNANSWERED, one_line, plain
@@ -128,8 +129,12 @@ def series_of(judged: str, references: tuple[str, ...] | list[str]) -> str:
 
 
 def kept_name(name: str) -> str:
-    """A scene's or a reference's name as a history has it."""
-    return plain(name)[:LONGEST_NAME]
+    """A scene's or a reference's name as a history has it: long ones stay apart by their hash."""
+    text = plain(name)
+    if len(text) <= LONGEST_NAME:
+        return text
+    mark = f"…{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    return text[: LONGEST_NAME - len(mark)] + mark
 
 
 def entry_of(document: Mapping[str, Any]) -> Entry:
@@ -139,8 +144,11 @@ def entry_of(document: Mapping[str, Any]) -> Entry:
     ------
     pydantic.ValidationError
         It is not one.
+    InputError
+        It says of a check, a scene or the run what below does not bear out.
     """
     model = ResultsModel.model_validate(document)
+    require_borne_out(model)
     text = json.dumps(model.model_dump(mode="json"), sort_keys=True, allow_nan=False)
     stamp, verdict = model.provenance, model.verdict
     return Entry(
@@ -175,6 +183,9 @@ def read_entry(path: Path) -> Entry:
     file = path / "results.json" if path.is_dir() else path
     try:
         return entry_of(json.loads(file.read_text(encoding="utf-8")))
+    except InputError as error:
+        where = f"{file}, {error.where}"
+        raise InputError(error.what, where=where, got=error.got, expected=error.expected) from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError("cannot be read", where=str(file), got=reason) from None

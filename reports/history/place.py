@@ -109,7 +109,7 @@ def telling(place: Place, what: str, expected: str = "") -> Iterator[None]:
     """Whatever a database refuses becomes one clear error."""
     try:
         yield
-    except (SQLAlchemyError, sqlite3.Error) as error:
+    except (SQLAlchemyError, sqlite3.Error, OverflowError) as error:
         got = said(error, place)
         raise InputError(what, where=place.shown, got=got, expected=expected) from None
 
@@ -125,8 +125,8 @@ def said(error: BaseException, place: Place) -> str:
 
 def _file(path: Path, name: str) -> Place:
     shown = repr(name)[:300] if "\0" in name or not name else str(path)
-    if path.is_dir() or not path.parent.is_dir() or "\0" in name or not name:
-        got = "a folder" if path.is_dir() else "no such folder"
+    if "\0" in name or not name or path.is_dir():
+        got = "a folder" if name and path.is_dir() else "no name of a file"
         raise InputError("not a place for a history", where=shown, got=got, expected=_EXPECTED)
     return Place(URL.create("sqlite", database=str(path)), shown, path)
 

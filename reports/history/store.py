@@ -46,8 +46,14 @@ class History:
 
     def __init__(self, target: str, *, create: bool = True) -> None:
         self._place: Place = place_of(target)
-        if not create and self._place.file is not None and not self._place.file.exists():
+        file = self._place.file
+        if file is not None and not create and not file.exists():
             raise self._none()
+        if file is not None and not file.parent.is_dir():
+            raise InputError(
+                "not a place for a history", where=self.shown, got="no such folder",
+                expected="a file in a folder that exists",
+            )  # fmt: skip
         self._engine: Engine = engine_of(self._place)
         with telling(self._place, "the history cannot be opened", "a history of minirt"):
             if not create and not has_tables(self._engine):
@@ -197,7 +203,7 @@ class History:
     def _none(self) -> InputError:
         return InputError(
             "no history here", where=self.shown,
-            expected="one that minirt verify, gate or nightly has begun",
+            expected="--history with the file or URL that verify, gate or nightly wrote to",
         )  # fmt: skip
 
     @contextmanager
