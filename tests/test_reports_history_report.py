@@ -19,6 +19,7 @@ from reports.cli import run
 from reports.history import Entry, History
 from reports.history.difference import Difference, difference, figure_of
 from reports.history.pages import compare_html
+from reports.history.text import verdict_of
 from reports.record import results_json
 
 Command = Callable[..., tuple[int, str, str]]
@@ -92,6 +93,21 @@ def test_a_cell_that_changes_is_found_either_way(
     back = difference(with_cell(entry(2), **changes), entry(1))
     assert kinds(back) == [{"worse": "better", "higher": "lower"}.get(kind, kind)]
     assert back.regressions == 0
+
+
+@pytest.mark.parametrize("after", ["not given", "not supported", "missing"])
+def test_a_failure_of_which_nobody_speaks_any_more_is_no_better(after: str) -> None:
+    found = difference(failing(), with_cell(entry(2), state=after, ratio=None))
+    assert (kinds(found), found.regressions) == (["changed"], 0)
+
+
+def test_the_verdict_tells_what_is_lost() -> None:
+    silent = difference(entry(1), with_cell(entry(2), state="not given", ratio=None))
+    assert verdict_of(silent) == "No new failure, but 1 cell worse"
+    fewer = difference(entry(1), replace(entry(2), scenes=entry(2).scenes[1:]))
+    assert verdict_of(fewer) == "No new failure, but 20 cells gone"
+    assert verdict_of(difference(entry(1), entry(2))) == "Nothing got worse"
+    assert verdict_of(difference(entry(1), failing())) == "1 cell did better before"
 
 
 def test_more_wrong_pixels_are_higher() -> None:

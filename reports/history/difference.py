@@ -10,7 +10,7 @@ from minirt.quantities import QUANTITIES
 from reference.compare import State
 from reports.before import CellName
 from reports.history.entry import CellEntry, Entry
-from reports.words import UNANSWERED, share, times
+from reports.words import COMPARED, UNANSWERED, share, times
 
 Kind = Literal["worse", "better", "higher", "lower", "changed", "new", "gone"]
 
@@ -155,8 +155,7 @@ def _moved(name: CellName, before: CellEntry | None, after: CellEntry | None) ->
         return Moved(name, "new" if before is None else "gone", before, after)
     kind: Kind
     if before.state != after.state:
-        was, now = _BADNESS[before.state], _BADNESS[after.state]
-        kind = "worse" if now > was else "better" if now < was else "changed"
+        kind = _kind_of(before.state, after.state)
     elif figure_of(before) != figure_of(after):
         was_so, is_so = ((c.wrong, c.ratio or 0.0) for c in (before, after))
         kind = "higher" if is_so > was_so else "lower" if is_so < was_so else "changed"
@@ -165,6 +164,14 @@ def _moved(name: CellName, before: CellEntry | None, after: CellEntry | None) ->
     else:
         return None
     return Moved(name, kind, before, after)
+
+
+def _kind_of(before: State, after: State) -> Kind:
+    """Which way a state went: a failure of which nobody speaks any more is no better for it."""
+    was, now = _BADNESS[before], _BADNESS[after]
+    if now > was:
+        return "worse"
+    return "better" if now < was and after in COMPARED else "changed"
 
 
 def _origin(first: Entry, second: Entry) -> Iterator[tuple[str, str, str]]:

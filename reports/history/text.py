@@ -41,10 +41,12 @@ def print_difference(found: Difference, console: Console) -> None:
 
 
 def verdict_of(found: Difference) -> str:
-    """Whether anything fails, or has no answer, that did better before."""
-    if not found.regressions:
-        return "Nothing got worse"
-    return f"{count(found.regressions, 'cell')} did better before"
+    """Whether anything fails, or has no answer, that did better before; and what is lost."""
+    if found.regressions:
+        return f"{count(found.regressions, 'cell')} did better before"
+    counts = found.counts
+    lost = [f"{count(counts[k], 'cell')} {k}" for k in ("worse", "gone") if counts[k]]
+    return f"No new failure, but {' and '.join(lost)}" if lost else "Nothing got worse"
 
 
 def sentence_of(found: Difference) -> str:
