@@ -22,6 +22,7 @@ from fake_references import HOSTILE, Faulty, Honest, small_scene
 from report_runs import run_of
 from test_reports_history_report import page_of
 
+from minirt.errors import InputError
 from minirt.quantities import STAGES
 from minirt.scene import Scene
 from reference import registry
@@ -35,7 +36,8 @@ from reports import run as runs
 from reports.cli import run
 from reports.history import History
 from reports.nightly import steps
-from reports.nightly.night import nights
+from reports.nightly.landing import sentence
+from reports.nightly.night import StepModel, nights
 from reports.record import Run
 
 Night = Callable[..., int]
@@ -154,6 +156,89 @@ def test_a_fault_in_the_second_night_is_a_change_with_its_two_commits(
     compared = (out / sorted(names(out))[1] / "compare.html").read_text(encoding="utf-8")
     assert "did better before" in page_of(compared).all("h1")[0].text
     assert "▲ ball × honest × shadow: ✓ equal" in (out / "summary.md").read_text(encoding="utf-8")
+
+
+def test_a_clock_that_goes_back_hides_no_failure(
+    tried: list[str], night: Night, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    assert night() == 0
+    ahead = only(out)
+    note = (ahead / "night.json").read_text(encoding="utf-8")
+    (ahead / "night.json").write_text(note.replace('": "20', '": "30'), encoding="utf-8")
+    ahead.rename(out / "3026-01-01")
+    assert night(honest=Faulty("honest")) == 1
+    page = page_of((out / "index.html").read_text(encoding="utf-8"))
+    assert page.all("h1")[0].text.startswith("✗ FAIL: verify")
+    assert "❌" in (out / "summary.md").read_text(encoding="utf-8")
+
+
+def test_a_note_that_cannot_be_read_is_named(
+    tried: list[str], night: Night, tmp_path: Path
+) -> None:
+    for k, text in enumerate(("{", '{"minirtNight": 2}', None, "yesterday", "2026-01-01T00:00:00")):
+        folder = tmp_path / "out" / f"2026-01-0{k + 1}"
+        folder.mkdir(parents=True)
+        if text is not None:
+            (folder / "night.json").write_text(text, encoding="utf-8")
+    assert night() == 0
+    (good,) = nights(tmp_path / "out")
+    for k, started in ((4, "yesterday"), (5, "2026-01-01T00:00:00")):
+        edited = good.note.model_copy(update={"started": started, "finished": None})
+        path = tmp_path / "out" / f"2026-01-0{k}" / "night.json"
+        path.write_text(edited.model_dump_json(), encoding="utf-8")
+    assert night() == 0
+    text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    named = ", ".join(f"2026-01-0{k}" for k in range(1, 6))
+    assert f"that can be read: {named}." in text
+
+
+def test_a_scene_that_goes_is_named(tried: list[str], night: Night, tmp_path: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_text(small_scene("other").canonical_json, encoding="utf-8")
+    assert night(str(other), honest=Faulty("honest")) == 1
+    assert night() == 0
+    text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert "From run 1 to run 2: 1 scene only in the first run: other" in text
+
+
+def test_a_night_goes_on_in_another_history(tried: list[str], night: Night, tmp_path: Path) -> None:
+    assert night() == 0
+    folder = only(tmp_path / "out")
+    note = (folder / "night.json").read_text(encoding="utf-8")
+    unfinished = re.sub(r'"finished": "[^"]*"', '"finished": null', note)
+    (folder / "night.json").write_text(unfinished.replace('"run": 1', '"run": 7'), encoding="utf-8")
+    tried.clear()
+    assert night("--history", str(tmp_path / "new.sqlite")) == 0
+    assert tried == []
+    (again,) = nights(tmp_path / "out")
+    assert again.note.run == 1
+
+
+def test_a_run_that_is_in_no_history_is_not_said_to_have_changed_nothing(
+    tried: list[str], night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> int:
+        raise InputError("the run cannot be recorded")
+
+    monkeypatch.setattr(History, "append", refuse)
+    assert night() == 3
+    text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    assert "Nothing: no scene" not in text
+    assert "the run of the last night is not in the history" in text
+
+
+def test_the_worst_step_speaks_first(tried: list[str], night: Night, tmp_path: Path) -> None:
+    assert night() == 0
+    (found,) = nights(tmp_path / "out")
+    steps = {
+        "mutants": StepModel(exit_status=3, sentence="no memory", seconds=1.0),
+        "verify": StepModel(exit_status=1, sentence="FAIL: 1 of 3 scenes", seconds=1.0),
+    }
+    found.note = found.note.model_copy(update={"steps": steps})
+    assert sentence(found) == "FAIL: verify: 1 of 3 scenes; also mutants"
+    found.note = found.note.model_copy(update={"steps": {}})
+    assert sentence(found).startswith("INCOMPLETE")
 
 
 def test_a_night_of_nothing_new_says_so(tried: list[str], night: Night, tmp_path: Path) -> None:
@@ -356,6 +441,7 @@ def test_json_is_one_document(
         (["--mutants", "far-rot"], "no such mutant"),
         (["--history", "postgresql://a:hush@127.0.0.1:1/x"], "the history cannot be opened"),
         (["--out", "ball.json/out"], "cannot be written"),
+        (["ball.json"], "two scenes have the same name; got ball"),
     ],
 )
 def test_bad_input_is_told_before_anything_is_done(

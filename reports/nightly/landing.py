@@ -20,7 +20,7 @@ from reports.history.text import (
     verdict_of,
 )
 from reports.history.trends import Change, changes_of
-from reports.nightly.night import Night, nights, write
+from reports.nightly.night import Night, nights, unreadable, write
 from reports.nightly.steps import previous_run
 from reports.summary import escaped
 from reports.words import count, times
@@ -38,13 +38,16 @@ def write_landing(out: Path, history: History) -> None:
     """Write `index.html` and `summary.md` of a folder of nights."""
     all_nights = nights(out)
     finished = [night for night in all_nights if night.note.finished is not None]
-    write(out / "index.html", landing_html(all_nights, history))
+    write(out / "index.html", landing_html(all_nights, history, unreadable(out)))
     if finished:
         write(out / "summary.md", (finished[-1].folder / "night.md").read_text(encoding="utf-8"))
 
 
-def landing_html(all_nights: Sequence[Night], history: History) -> str:
-    """The page: the last night, what changed and between which commits, scenes, nights."""
+def landing_html(all_nights: Sequence[Night], history: History, unread: Sequence[str] = ()) -> str:
+    """The page: the last night, what changed and between which commits, scenes, nights.
+
+    `unread` names the folders of nights that cannot be read.
+    """
     finished = [night for night in all_nights if night.note.finished is not None]
     last = finished[-1] if finished else None
     entry = None if last is None or last.note.run is None else history.entry(last.note.run)
@@ -56,9 +59,11 @@ def landing_html(all_nights: Sequence[Night], history: History) -> str:
         good=last is not None and last.note.exit_status == 0,
         sentence="no night is finished yet" if last is None else sentence(last),
         entry=entry,
+        moved=_moved(history, entry),
         changes=_changes(changes),
         scenes=_scenes(entry, trends, changes),
         nights=[_night(night) for night in reversed(all_nights)],
+        unread=unread,
         signs=_SIGNS,
         size=(WIDTH, HEIGHT),
     )
@@ -67,9 +72,12 @@ def landing_html(all_nights: Sequence[Night], history: History) -> str:
 def sentence(night: Night) -> str:
     """The verdict on a night."""
     steps = night.note.steps
-    bad = [name for name, step in steps.items() if step.exit_status]
-    if not bad:
+    worst = [name for name, s in steps.items() if s.exit_status == night.note.exit_status]
+    bad = list(dict.fromkeys([*worst, *(name for name, s in steps.items() if s.exit_status)]))
+    if night.note.exit_status == 0:
         return "PASS: " + ", ".join(steps) + " all passed"
+    if not bad:
+        return "INCOMPLETE: no step is done"
     word = "FAIL" if night.note.exit_status == 1 else "INCOMPLETE"
     first = steps[bad[0]].sentence.removeprefix(f"{word}: ")
     also = f"; also {', '.join(bad[1:])}" if bad[1:] else ""
@@ -112,6 +120,17 @@ def _trends(history: History, entry: Entry) -> dict[str, tuple[Point, ...]]:
     names = [scene.name for scene in entry.scenes]
     found = history.trends(names, entry.series, MOST_RUNS)
     return {name: by_series[entry.series] for name, by_series in found.items()}
+
+
+def _moved(history: History, entry: Entry | None) -> list[str]:
+    """Scenes that came, went or changed their name with the last night's run, in sentences."""
+    before = (
+        None if entry is None or not entry.number else previous_run(history, entry, entry.number)
+    )
+    if before is None or entry is None:
+        return []
+    found = scenes_in_words(difference(before, entry))
+    return [f"From run {before.number} to run {entry.number}: {line}" for line in found]
 
 
 def _changes(changes: dict[str, list[Change]]) -> list[dict[str, Any]]:

@@ -16,9 +16,9 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 
 from converters.atomic import atomic_file
 from reports.json_model import Model, Natural
@@ -28,6 +28,13 @@ RESUMABLE = timedelta(hours=24)
 NAME = re.compile(r"\d{4}-\d\d-\d\d(-\d+)?")
 FILE = "night.json"
 _LOCK, _REMOVED = ".lock", ".removed-"
+
+
+def _of_a_zone(text: str) -> str:
+    """A time that can be set beside others."""
+    if datetime.fromisoformat(text).tzinfo is None:
+        raise ValueError("a time without its offset from UTC")
+    return text
 
 
 class StepModel(Model):
@@ -53,7 +60,10 @@ class NightModel(Model):
     """`night.json`."""
 
     minirtNight: Literal[1] = Field(default=1, description="version of this format")  # noqa: N815
-    started: str
+    started: Annotated[str, AfterValidator(_of_a_zone)] = Field(description="ISO 8601, UTC")
+    number: Natural = Field(
+        default=0, description="in the order in which nights began, whatever a clock says"
+    )
     seed: Natural = Field(description="of the first round of fuzzing")
     settings: SettingsModel
     steps: dict[str, StepModel] = Field(default={})
@@ -107,7 +117,8 @@ def begun(out: Path, settings: SettingsModel) -> Iterator[Night]:
     settings : SettingsModel
     """
     now = datetime.now(UTC)
-    for night in reversed(nights(out)):
+    earlier = nights(out)
+    for night in reversed(earlier):
         if _resumable(night, settings, now):
             with _locked(night.folder / _LOCK, wait=False) as ours:
                 fresh = _read(night.folder) if ours else None
@@ -118,6 +129,7 @@ def begun(out: Path, settings: SettingsModel) -> Iterator[Night]:
     with _locked(folder / _LOCK, wait=True):
         note = NightModel(
             started=now.isoformat(timespec="microseconds"),
+            number=max((night.note.number for night in earlier), default=0) + 1,
             seed=secrets.randbits(32),
             settings=settings,
         )
@@ -127,9 +139,14 @@ def begun(out: Path, settings: SettingsModel) -> Iterator[Night]:
 
 
 def nights(out: Path) -> list[Night]:
-    """Every night of a folder, oldest first."""
-    found = [_read(path) for path in out.iterdir() if NAME.fullmatch(path.name)]
-    return sorted((night for night in found if night), key=lambda n: (n.note.started, n.name))
+    """Every night of a folder that can be read, oldest first."""
+    found = [night for night in map(_read, _folders(out)) if night is not None]
+    return sorted(found, key=lambda n: (n.note.number, n.note.started, n.name))
+
+
+def unreadable(out: Path) -> list[str]:
+    """The names of the folders of nights whose note cannot be read."""
+    return sorted(path.name for path in _folders(out) if _read(path) is None)
 
 
 @contextmanager
@@ -176,6 +193,10 @@ def _new_folder(out: Path, now: datetime) -> Path:
             folder.mkdir()
             return folder
         number += 1
+
+
+def _folders(out: Path) -> list[Path]:
+    return [path for path in out.iterdir() if NAME.fullmatch(path.name) and path.is_dir()]
 
 
 def _read(folder: Path) -> Night | None:

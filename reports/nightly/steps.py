@@ -139,7 +139,10 @@ def mutants_step(night: Night, job: Job) -> StepModel:
 
 
 def take(night: Night, job: Job, history: History, tell: Progress) -> None:
-    """Do every step that is not done yet. One that breaks down costs itself and no other."""
+    """Do every step that is not done yet. One that breaks down costs itself and no other.
+
+    The history is asked each time: it adds no run twice, and may be another than before a kill.
+    """
     steps: dict[str, Callable[[], StepModel]] = {
         "mutants": lambda: mutants_step(night, job),
         "verify": lambda: verify_step(night, job, history, tell),
@@ -147,7 +150,7 @@ def take(night: Night, job: Job, history: History, tell: Progress) -> None:
         "fuzz": lambda: fuzz_step(night, job, tell),
     }
     for name, step in steps.items():
-        if name not in night.note.steps:
+        if name == "history" or name not in night.note.steps:
             start = time.perf_counter()
             try:
                 result = step()
