@@ -49,7 +49,10 @@ def read_text(source: str) -> tuple[str, Path, str]:
             data = stream.read(MAX_SCENE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise SceneError("the scene file cannot be read", where=label, got=reason) from None
+        meant = f"atlas:{source}" if source in atlas_names() else ""
+        raise SceneError(
+            "the scene file cannot be read", where=label, got=reason, expected=meant
+        ) from None
     return label, path.parent, _decoded(data, label)
 
 

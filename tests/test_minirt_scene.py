@@ -231,10 +231,14 @@ def test_a_file_that_is_no_scene_is_one_sentence(name: str, tmp_path: Path) -> N
     assert _loaded(path, tmp_path).startswith(f"{path}: {RAW[name][1]}")
 
 
+UNREAD, MISSING = "the scene file cannot be read", "No such file or directory"
+
+
 @pytest.mark.parametrize(
     ("source", "words"),
     [
         ("nowhere.json", "nowhere.json: the scene file cannot be read; got No such file"),
+        ("one-sphere", f"one-sphere: {UNREAD}; got {MISSING}; expected atlas:one-sphere"),
         (".", ".: the scene file cannot be read; got Is a directory"),
         ("", '"": the scene file cannot be read'),
         ("a\0b", '"a\\u0000b": the scene file cannot be read'),
