@@ -6,10 +6,11 @@ shadow, reflected, refracted) moved sideways by √2·δ, in four directions per
 factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of the
 four, whatever its direction. Where δ grows with the distance, primary rays are also tilted, to
 the same side. In those four, facets are tilted by what the rounding of their vertices can turn
-them. Where other surfaces lie within the error of the first (coplanar or touching ones), the other
-renderer may well see any of them: there two opposite ones of the four answer with the last of them
-in the scene's order, and the other two with the first. Whichever of them the exact answer is, one
-of an opposite pair is on the other's side of an edge that passes within δ, and does not agree.
+them, and the cosine of a refracted ray errs by the rounding of its square. Where other surfaces
+lie within the error of the first (coplanar or touching ones), the other renderer may well see any
+of them: there two opposite ones of the four answer with the last of them in the scene's order, and
+the other two with the first. Whichever of them the exact answer is, one of an opposite pair is on
+the other's side of an edge that passes within δ, and does not agree.
 
 A polygon whose vertices are off its plane adds to δ by how far they are: which plane is met there
 is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'
@@ -250,7 +251,9 @@ class Displaced(Restarted):
     def __init__(self, scene: Scene, declared: Declared, levers: PerSurface, k: int) -> None:
         self.levers, self.k = levers, k
         self.step, self.tilt = 2.0**0.5 * declared.delta, 2.0**0.5 * declared.slope
-        rules = replace(SLIDES, ray_direction=self.primary_direction) if self.tilt else SLIDES
+        rules = replace(SLIDES, refract=self.refracted_direction)
+        if self.tilt:
+            rules = replace(rules, ray_direction=self.primary_direction)
         super().__init__(scene, declared, rules)
 
     def primary_direction(self, P_minus_P0: Floats) -> Floats:
@@ -258,6 +261,21 @@ class Displaced(Restarted):
         d = SLIDES.ray_direction(P_minus_P0)
         tilted: Floats = d + self.tilt * norm(d) * sideways(d, self.k)
         return tilted
+
+    def refracted_direction(self, delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> Floats:
+        """ϱ (3, n) with the square of its cosine a rounding larger, for odd k smaller.
+
+        Whoever takes the root of 1 − η²(1 − cos²), η = ν/ν_t, rounds twice near 1: by u/2·(1 + η²)
+        in all, where a unit vector's error is 4·u or more. Where ϱ grazes the surface, that turns
+        it by much more than anything else does, even from one side to the other of the same index.
+        """
+        exact = SLIDES.refract(delta, s, nu, nu_t)
+        cosine = dot(exact, s)
+        rounding = self.declared.angle / 8.0 * (1.0 + (nu / nu_t) ** 2)
+        square = cosine**2 + (rounding if self.k % 2 == 0 else -rounding)
+        moved = np.copysign(np.sqrt(np.maximum(square, 0.0)), cosine)
+        turned: Floats = exact + (moved - cosine) * s
+        return turned
 
     def primary_origin(self, d: Floats) -> Floats:
         """The observer, moved sideways."""

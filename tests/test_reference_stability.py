@@ -322,3 +322,32 @@ def test_what_is_so_near_that_another_overlooks_it_is_uncertain() -> None:
     assert seeing.certain["object"].mean() > 0.95
     assert not short_sighted.certain["object"][tile_].any()
     assert short_sighted.certain["object"][~tile_].mean() > 0.95
+
+
+@pytest.mark.parametrize("ior", [1.0, 1.0005, 0.9995, 1.5])
+def test_the_root_of_a_rounded_square_is_tolerated_where_the_refracted_ray_grazes(
+    ior: float,
+) -> None:
+    """As Mitsuba takes it, in float32: fuzzing found pixels at which it was off by 4 tolerances."""
+    document = {
+        "minirt": 1, "name": "grazed",
+        "screen": {"P0": [0, 0, 0], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,
+                   "l": -0.5, "r": 0.5, "b": -0.06, "t": -0.001, "nx": 32, "ny": 32},
+        "light": {"direction": [0, -1, 0]},
+        "materials": {"glass": {"ior": ior}},
+        "objects": [{"type": "triangle", "name": "floor", "material": "glass",
+                     "vertices": [[-90, -0.1, 0], [90, -0.1, 0], [0, -0.1, -200]]}],
+    }  # fmt: skip
+    scene = minirt.load_scene(document)
+    frame, stability = measure(scene, declared(scene))
+    certain = stability.certain["refraction"] & (frame["tir"] == 0)
+    assert certain.sum() > 200
+    ray, normal = (frame[name][certain] for name in ("ray", "normal"))
+    cosine = np.abs((ray * normal).sum(axis=1)).astype(np.float32)
+    eta, one = np.float32(1 / ior), np.float32(1)
+    root = np.sqrt(np.maximum(one - eta * eta * (one - cosine * cosine), np.float32(0)))
+    tangent = ray + cosine.astype(float)[:, None] * normal
+    theirs = tangent / ior - root.astype(float)[:, None] * normal
+    error = np.linalg.norm(theirs - frame["refraction"][certain], axis=1)
+    assert (error <= stability.tolerance["refraction"][certain]).all()
+    assert error.max() > 1e-8
