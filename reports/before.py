@@ -37,6 +37,8 @@ class Point:
         nothing was compared.
     sha256 : str
         Of the scene as it was; empty for a run as a whole.
+    dirty : bool or None
+        Whether files differed from the commit.
     """
 
     run: int
@@ -45,6 +47,7 @@ class Point:
     state: str
     ratio: float | None
     sha256: str = ""
+    dirty: bool | None = None
 
 
 @dataclass(frozen=True)

@@ -111,8 +111,9 @@ def test_what_came_before_is_of_the_same_series(target: str) -> None:
     assert [point.run for point in ball] == [first, second]
     worst = entry().scenes[0].ratio
     assert ball[0] == Point(
-        first, "2026-11-20T02:00:00+00:00", "a" * 40, "passed", worst, dict(wanted)["ball"]
-    )
+        first, "2026-11-20T02:00:00+00:00", "a" * 40, "passed", worst, dict(wanted)["ball"],
+        entry().dirty,
+    )  # fmt: skip
     assert ball[1].ratio == math.inf
 
 

@@ -97,6 +97,16 @@ def test_the_landing_page_marks_each_change_where_it_is(tmp_path: Path) -> None:
     assert f"<code>{13 * 7919:040x}"[:16] in text
 
 
+def test_local_changes_are_told_from_their_commit(tmp_path: Path) -> None:
+    with History(str(tmp_path / "history.sqlite")) as history:
+        for k, changes in ((1, {"ratio": 0.1}), (2, FAILING)):
+            run = entry(k, commit="a" * 40, dirty=k == 2)
+            history.append(with_cell(run, **changes))
+        text = landing_html([night(tmp_path, 2, True)], history)
+    code = f"<code>{'a' * 10}</code>"
+    assert f"{code} → {code} with local changes</td>" in text
+
+
 def test_a_drawing_stays_in_its_frame_and_breaks_where_nothing_was_compared() -> None:
     ratios = [0.0, 1.0, None, 0.5, math.inf, 1e9, 0.5]
     trend = [

@@ -256,7 +256,7 @@ def _points(name: str, series: str | None, most: int | None) -> Select[Any]:
     """The newest points of a scene first."""
     asked = (
         select(
-            runs.c.id, runs.c.series, runs.c.started, runs.c.commit,
+            runs.c.id, runs.c.series, runs.c.started, runs.c.commit, runs.c.dirty,
             scenes.c.state, scenes.c.ratio, scenes.c.sha256,
         )
         .join(runs, runs.c.id == scenes.c.run_id)
@@ -268,7 +268,7 @@ def _points(name: str, series: str | None, most: int | None) -> Select[Any]:
 
 
 def _point(row: Row[Any]) -> Point:
-    return Point(row.id, row.started, row.commit, row.state, row.ratio, row.sha256)
+    return Point(row.id, row.started, row.commit, row.state, row.ratio, row.sha256, row.dirty)
 
 
 def _is_number(word: str) -> bool:
