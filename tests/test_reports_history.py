@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sqlite3
 from collections.abc import Callable
 from dataclasses import replace
@@ -153,6 +154,24 @@ def test_a_reader_reads_while_somebody_writes(tmp_path: Path) -> None:
             assert history.number("latest") == 1
             writer.execute("ROLLBACK")
         writer.close()
+
+
+def test_who_may_only_read_reads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "100 % #1?"
+    folder.mkdir()
+    file = folder / "history.sqlite"
+    with History(str(file)) as history:
+        history.append(entry(1))
+    monkeypatch.setattr("os.access", lambda _, mode: mode != os.W_OK)
+    with History(str(file), create=False) as history:
+        assert whole(history, 1, 40).digest == entry(1).digest
+        assert [path.name for path in folder.iterdir()] == [file.name]
+        with pytest.raises(InputError, match="cannot be recorded; got attempt to write a readonly"):
+            history.append(entry(2))
+    with History(str(file)) as writer, writer._writing() as _:
+        assert len(list(folder.iterdir())) == 3
+        with History(str(file), create=False) as history:
+            assert history.latest() == 1
 
 
 def test_without_its_wal_a_closed_history_is_whole(tmp_path: Path) -> None:

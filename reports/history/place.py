@@ -5,11 +5,12 @@ No message shows a password, whatever a driver may say.
 
 from __future__ import annotations
 
+import os
 import re
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sqlalchemy import Connection, Engine, create_engine, event
@@ -75,6 +76,21 @@ def place_of(target: str) -> Place:
     if url.get_backend_name() == "postgresql":
         url = url.update_query_dict({"connect_timeout": str(CONNECTING), **url.query})
     return Place(url, _shown(url), None)
+
+
+def read_only(place: Place) -> Place | None:
+    """The place as somebody opens it who may read a SQLite file and not write beside it; else None.
+
+    SQLite keeps a file of its own beside one that is written ahead. Where there is none, and none
+    can be made, nobody is writing.
+    """
+    if place.file is None or os.access(place.file.parent, os.W_OK):
+        return None
+    written = place.file.with_name(f"{place.file.name}-wal").exists()
+    how = {"mode": "ro"} if written else {"immutable": "1"}
+    database = place.file.absolute().as_uri().replace("file://", "file:", 1)
+    url = URL.create("sqlite", database=database, query={**how, "uri": "true"})
+    return replace(place, url=url)
 
 
 def engine_of(place: Place) -> Engine:

@@ -20,7 +20,7 @@ from minirt.errors import InputError
 from reports.before import Before, Point, Standing
 from reports.history.entry import Entry, kept_name, series_of
 from reports.history.migrate import bring_up_to_date, has_tables
-from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, telling
+from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, read_only, telling
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
 from reports.history.tables import answers, cells, runs, scenes
 
@@ -36,7 +36,7 @@ class History:
     target : str
         A SQLite file or any SQLAlchemy URL.
     create : bool
-        Begin a history where there is none.
+        Begin a history where there is none; otherwise one that may only be read will do.
 
     Raises
     ------
@@ -54,11 +54,12 @@ class History:
                 "not a place for a history", where=self.shown, got="no such folder",
                 expected="a file in a folder that exists",
             )  # fmt: skip
-        self._engine: Engine = engine_of(self._place)
+        reading = None if create else read_only(self._place)
+        self._engine: Engine = engine_of(reading or self._place)
         with telling(self._place, "the history cannot be opened", "a history of minirt"):
             if not create and not has_tables(self._engine):
                 raise self._none()
-            if self._place.file is not None:
+            if file is not None and reading is None:
                 _write_ahead(self._engine)
             bring_up_to_date(self._engine, self._place)
 
