@@ -42,25 +42,14 @@ def rules(
 
 
 def _passed(path: Path) -> Iterator[Passed]:
-    """What the run of a results.json has compared."""
-    import json
+    """What the run of a results.json has compared, and found right."""
+    from reports.results_file import read_results
 
-    from minirt.errors import InputError
-
-    try:
-        for scene in json.loads(path.read_text(encoding="utf-8"))["scenes"]:
-            for answer in scene["references"]:
-                for check in answer["checks"]:
-                    if check["state"] == "passed" and check["compared"]:
-                        yield scene["name"], answer["reference"], check["quantity"]
-    except OSError as error:
-        raise InputError(
-            "the results cannot be read", where=str(path), got=error.strerror or ""
-        ) from None
-    except (ValueError, LookupError, TypeError):
-        raise InputError(
-            "not the results of a run", where=str(path), expected="minirt verify's results.json"
-        ) from None
+    for scene in read_results(path).scenes:
+        for answer in scene.references:
+            for check in answer.checks:
+                if check.state == "passed" and check.compared:
+                    yield scene.name, answer.reference, check.quantity
 
 
 def _print(traced: Sequence[RuleTrace], with_references: bool) -> None:

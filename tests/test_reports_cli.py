@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 import trimesh
 from fake_references import HOSTILE, Aborting, Faulty, Honest, Missing, small_scene
+from report_runs import good_run
 
 import minirt
 from converters.frames import read_frame
@@ -27,6 +28,7 @@ from minirt.scene import atlas_names
 from reference import registry
 from reports import doctor as doctors
 from reports.cli import app, run
+from reports.record import results_json
 
 COMMANDS = (
     "render",
@@ -577,10 +579,20 @@ def test_rules_name_who_compared_them_only_where_a_run_is_given(
     assert by_rule["S8"] == {}
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"scenes": 3}', '{"scenes": [{}]}'])
-def test_rules_refuse_what_is_no_run(text: str, command: Command, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "not JSON"),
+        ("[]", "not the results of a run"),
+        ('{"scenes": [{}]}', "not the results of a run"),
+        (results_json(good_run()).replace('"wrong": 0', '"wrong": 7'), "contradict themselves"),
+    ],
+)
+def test_rules_refuse_what_is_no_run(
+    text: str, said: str, command: Command, tmp_path: Path
+) -> None:
     file = tmp_path / "results.json"
     file.write_text(text, encoding="utf-8")
     done = command("rules", "--results", str(file))
     assert done.status == 2
-    assert "not the results of a run" in done.err
+    assert said in done.err

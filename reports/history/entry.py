@@ -9,14 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
-from minirt.errors import InputError
 from reference.compare import State
 from reports.before import CellName
-from reports.history.borne_out import require_borne_out
 from reports.json_model import Number
 from reports.record import AnswerModel, CheckModel, ResultsModel, SceneModel
+from reports.results_file import read_results
 from reports.words import COMPARED, UNANSWERED, one_line, plain
 
 #: Longest name of a scene or a reference in a history; longer ones are cut.
@@ -144,11 +141,11 @@ def entry_of(document: Mapping[str, Any]) -> Entry:
     ------
     pydantic.ValidationError
         It is not one.
-    InputError
-        It says of a check, a scene or the run what below does not bear out.
     """
-    model = ResultsModel.model_validate(document)
-    require_borne_out(model)
+    return _entry(ResultsModel.model_validate(document))
+
+
+def _entry(model: ResultsModel) -> Entry:
     text = json.dumps(model.model_dump(mode="json"), sort_keys=True, allow_nan=False)
     stamp, verdict = model.provenance, model.verdict
     return Entry(
@@ -178,27 +175,9 @@ def read_entry(path: Path) -> Entry:
     Raises
     ------
     InputError
-        It cannot be read, or is not a results document.
+        As for `reports.results_file.read_results`.
     """
-    file = path / "results.json" if path.is_dir() else path
-    try:
-        return entry_of(json.loads(file.read_text(encoding="utf-8")))
-    except InputError as error:
-        where = f"{file}, {error.where}"
-        raise InputError(error.what, where=where, got=error.got, expected=error.expected) from None
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError("cannot be read", where=str(file), got=reason) from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        got = one_line(f"{place}: {first['msg']}" if place else first["msg"])
-        raise InputError(
-            "not the results of a run", where=str(file), got=got,
-            expected="a results.json of minirt verify or gate",
-        ) from None  # fmt: skip
-    except (ValueError, RecursionError) as error:
-        raise InputError("not JSON", where=str(file), got=one_line(str(error))) from None
+    return _entry(read_results(path))
 
 
 def _scene(scene: SceneModel) -> SceneEntry:
