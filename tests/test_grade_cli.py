@@ -9,6 +9,9 @@ import signal
 import subprocess
 import sys
 import time
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -57,6 +60,47 @@ def test_grading_is_told_and_is_no_failure(place: Path, capsys: pytest.CaptureFi
     assert kept == document
 
 
+@contextmanager
+def started(place: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A run of its own, which is killed in the end with all its processes."""
+    command = [sys.executable, "-c", "from reports.cli import main; main()", *COMMAND]
+    (place / "tmp").mkdir()
+    environment = {**os.environ, "TMPDIR": str(place / "tmp")}
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, start_new_session=True, env=environment
+    ) as grading:
+        try:
+            yield grading
+        finally:
+            os.killpg(grading.pid, signal.SIGKILL)
+
+
+def wait(grading: subprocess.Popen[bytes], until: Callable[[], bool]) -> None:
+    """Until something is so, while the run goes on."""
+    end = time.monotonic() + 120
+    while not until() and time.monotonic() < end:
+        assert grading.poll() is None
+        time.sleep(0.005)
+
+
+def test_a_run_that_is_killed_while_it_unpacks_leaves_nothing_half(place: Path) -> None:
+    shutil.rmtree(place / "in" / "ben")
+    members = 400
+    with zipfile.ZipFile(place / "in" / "zoe.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(place / "in" / "ana" / f"{SCENE}.npz", f"{SCENE}.npz")
+        for k in range(members):
+            archive.writestr(f"{k}.bin", bytes(2**20), compresslevel=1)
+    room = place / "tmp"
+    with started(place) as grading:
+        wait(grading, lambda: len(list(room.glob("minirt-*/submission/*.bin"))) > 2)
+    assert 2 < len(list(room.glob("minirt-*/submission/*.bin"))) < members
+    assert not (place / "out" / "students" / "zoe").exists()
+    shutil.rmtree(room)
+    assert run(COMMAND) == 0
+    grades = (place / "out" / "grades.csv").read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[:2] for row in grades[1:]] == [["ana", "3"], ["zoe", "3"]]
+
+
 def test_a_killed_run_goes_on_where_it_was(place: Path) -> None:
     """The second student's program never ends; the run is killed while it is at it."""
     zoe = place / "in" / "zoe"
@@ -64,16 +108,9 @@ def test_a_killed_run_goes_on_where_it_was(place: Path) -> None:
     command = f"{sys.executable} wait.py {{scene}} {{out}}"
     (zoe / "minirt.toml").write_text(f'run = "{command}"\n', encoding="utf-8")
     (zoe / "wait.py").write_text("import time; time.sleep(600)\n", encoding="utf-8")
-    code = "from reports.cli import main; main()"
     state = place / "out" / "staff" / "state"
-    with subprocess.Popen(
-        [sys.executable, "-c", code, *COMMAND], stdout=subprocess.DEVNULL, start_new_session=True
-    ) as grading:
-        until = time.monotonic() + 120
-        while not (state / "ben.json").exists() and time.monotonic() < until:
-            assert grading.poll() is None
-            time.sleep(0.1)
-        os.killpg(grading.pid, signal.SIGKILL)
+    with started(place) as grading:
+        wait(grading, (state / "ben.json").exists)
     assert {path.name for path in state.iterdir()} >= {"ana.json", "ben.json"}
     assert not (state / "zoe.json").exists()
     before = (state / "ana.json").stat().st_mtime_ns
@@ -115,6 +152,8 @@ def test_a_time_of_nobody_is_told(place: Path, capsys: pytest.CaptureFixture[str
     (place / "rubric.toml").write_text(late + RUBRIC, encoding="utf-8")
     rows = "student,submitted\nana,2027-01-30T12:00:00Z\nBen,2027-01-30T12:00:00Z\n"
     (place / "times.csv").write_text(rows, encoding="utf-8")
+    assert run(COMMAND) == 0
+    assert "no time is known of any submission, so none is late" in capsys.readouterr().out
     assert run([*COMMAND, "--times", "times.csv"]) == 0
     said = capsys.readouterr().out
     assert "no time is known of 1 of 2 submissions, on time therefore: ben" in said

@@ -164,7 +164,7 @@ def test_a_build_that_fails_is_shown_with_its_last_output(record: ClassRecord) -
 
 def test_frames_earn_nothing_on_hidden_scenes_and_that_is_said(record: ClassRecord) -> None:
     assert student(record, "frames").marks.points == 5
-    assert "1 submission is frames, which earn nothing on hidden scenes" in record.remarks
+    assert "1 submission holds frames, which earn nothing on hidden scenes" in record.remarks
 
 
 @pytest.mark.parametrize(

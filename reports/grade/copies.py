@@ -71,7 +71,7 @@ def _references(students: Sequence[Student]) -> Iterator[Copy]:
             yield Copy(
                 kind="reference", students=(student.name,), scenes=scenes,
                 sentence=f"{student.name} has minirt's own numbers, bit for bit, in "
-                f"{len(own)} of {judged} frames: a pack's, or minirt itself",
+                f"{len(own)} of {count(judged, 'frame')}: a pack's, or minirt itself",
             )  # fmt: skip
 
 

@@ -78,14 +78,18 @@ def folder_name(name: str) -> str:
     """A folder's name for a student: their own where it is harmless, else with a hash of it."""
     if _SAFE.fullmatch(name):
         return name
-    digest = hashlib.sha256(name.encode(errors="surrogateescape")).hexdigest()[:8]
     kept = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:40]
-    return f"{kept or 'student'}-{digest}"
+    return f"{kept or 'student'}-{_digest(name)}"
 
 
 def shown_name(name: str) -> str:
-    """A student's name for pages and tables."""
-    return one_line(name.encode(errors="replace").decode(), 80)
+    """A student's name for pages and tables; where it cannot be shown whole, with a hash of it."""
+    text = one_line(name.encode(errors="replace").decode(), 80)
+    return text if text == name else f"{one_line(text, 68)} ({_digest(name)})"
+
+
+def _digest(name: str) -> str:
+    return hashlib.sha256(name.encode(errors="surrogateescape")).hexdigest()[:8]
 
 
 def kept_student(path: Path, key: str) -> Student | None:

@@ -256,15 +256,17 @@ def _remarks(
 ) -> Iterator[str]:
     if rubric.late is not None:
         unknown = [student.name for student in students if student.submitted is None]
-        if unknown:
+        if len(unknown) == len(students):
+            yield "no time is known of any submission, so none is late: --times takes a table"
+        elif unknown:
             number = f"{len(unknown)} of {count(len(students), 'submission')}"
             yield f"no time is known of {number}, on time therefore: {_some(unknown)}"
     if strangers:
         yield f"times of nobody who has handed in: {_some(strangers)}"
     if rubric.hidden is not None and any(s.kind == "frames" for s in students):
         frames = sum(s.kind == "frames" for s in students)
-        have = count(frames, "submission is", "submissions are")
-        yield f"{have} frames, which earn nothing on hidden scenes"
+        hold = count(frames, "submission holds", "submissions hold")
+        yield f"{hold} frames, which earn nothing on hidden scenes"
 
 
 def _some(names: Sequence[str]) -> str:
