@@ -107,7 +107,8 @@ def verify(folder: FolderArgument, jobs: JobsOption = CORES, json: Json = False)
         print_json({"pack": str(folder), "differences": [vars(each) for each in found]})
     else:
         for each in found:
-            answers().print(f"✗ {one_line(each.scene or 'the pack')}: {one_line(each.what)}")
+            line = f"✗ {one_line(each.scene or 'the pack')}: {one_line(each.what)}"
+            answers().print(line, soft_wrap=True)
         words = count(len(found), "difference") if found else "every bit is as it was packed"
         answers().print(f"{folder}: {words}", soft_wrap=True)
     raise typer.Exit(int(bool(found)))

@@ -144,7 +144,7 @@ def test_a_crash_is_shown_with_its_last_words_of_public_scenes(
         text = path.read_text(encoding="utf-8")
         assert "my last words" in text, path
         assert "crashed: the program was ended by SIGABRT" in text, path
-    assert "no frame of 2 scenes, crashed" in grades_csv(record)
+    assert "no frame of 2 scenes: the program was ended by SIGABRT" in grades_csv(record)
 
 
 def test_a_program_that_may_be_run_now_is_another_submission(tmp_path: Path) -> None:

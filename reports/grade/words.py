@@ -44,7 +44,7 @@ def no_frames(student: Student) -> str:
     missing = [result for result in student.results if result.state != "judged"]
     if not missing:
         return ""
-    return f"no frame of {count(len(missing), 'scene')}, {sheet_in_words(missing[0])}"
+    return f"no frame of {count(len(missing), 'scene')}: {one_line(missing[0].reason)}"
 
 
 def about(student: Student) -> str:

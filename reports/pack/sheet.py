@@ -89,7 +89,8 @@ def _legend_of(name: str, values: Array, span: Span) -> Legend:
 
 def _mask(certain: Bools) -> tuple[str, Image.Image, Legend]:
     colors = np.stack((HATCH[0], NOTHING))
-    legend: Legend = [(tuple(HATCH[0].tolist()), "uncertain, not judged")]
+    words = zip((NOTHING, HATCH[0]), ("certain", "uncertain, not judged"), strict=True)
+    legend: Legend = [(tuple(color.tolist()), word) for color, word in words]
     return "certain for float64", _enlarged(Image.fromarray(colors[certain.astype(int)])), legend
 
 
@@ -116,6 +117,6 @@ def _legend(legend: Legend, width: int) -> Image.Image:
         x = 0
         for color, word in legend:
             draw.rectangle((x, 5, x + 10, 15), color, _SOFT)
-            draw.text((x + 15, 2), word, _SOFT, font)
-            x += 15 + int(draw.textlength(word, font)) + 8
+            draw.text((x + 13, 2), word, _SOFT, font)
+            x += 13 + int(draw.textlength(word, font)) + 6
     return strip
