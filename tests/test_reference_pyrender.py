@@ -124,7 +124,8 @@ def checks_of(whole: Scene, expected: Scene, workers: Workers, folder: Path) -> 
     """Another scene's answers judged by what minirt expects of this one."""
     outcome = workers.submit(120, render_by, PYRENDER, whole, folder).outcome()
     assert outcome.state == "done", f"{outcome.reason}\n{outcome.output}"
-    (checks, _), *_ = judge(expected, [outcome.value], tuple(QUANTITIES), None).comparisons.values()
+    verdict = judge(expected, [(PYRENDER, outcome.value)], tuple(QUANTITIES), None)
+    (checks, _), *_ = verdict.comparisons.values()
     return {check.quantity: check for check in checks}
 
 

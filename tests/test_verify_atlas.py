@@ -138,7 +138,7 @@ def judged(
         room.mkdir()
         outcome = workers.submit(TIMEOUT, render_by, reference, scene, room).outcome()
         if outcome.state == "done":
-            answers.append(outcome.value)
+            answers.append((reference, outcome.value))
         elif isinstance(outcome.value, Unsupported):
             checks[reference.name] = without_answer(NAMES, "not supported", str(outcome.value))
         else:

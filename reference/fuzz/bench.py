@@ -19,7 +19,7 @@ from reference.compare import Check, Comparison, compare
 from reference.isolate import Job, Outcome, Workers
 from reference.source import Declared, Reference, Unsupported
 from reference.stability import Stability, exact_answer, stability_of
-from reference.verify import TIMEOUT, render_by
+from reference.verify import TIMEOUT, _Answered, render_by
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Bench:
     def trials(self, scene: Scene, references: Sequence[Reference]) -> list[Trial]:
         """How a scene ends before each reference."""
         started = [(reference, self._start(scene, reference)) for reference in references]
-        answers = [_answer(reference, job) for reference, job in started]
+        answers = [_answer(reference, job, scene) for reference, job in started]
         given = [answer for answer in answers if isinstance(answer, Given)]
         judged = iter(self._judged(scene, given))
         return [a if isinstance(a, Trial) else next(judged) for a in answers]
@@ -147,14 +147,14 @@ def judge_all(scene: Scene, answers: Sequence[Given]) -> list[Trial]:
     return trials
 
 
-def _answer(reference: Reference, job: Job | None) -> Given | Trial:
+def _answer(reference: Reference, job: Job | None, scene: Scene) -> Given | Trial:
     """What a reference gave, or how it failed to."""
     if job is None:
         return Trial("missing", reason=reference.missing() or "")
     outcome = job.outcome()
     if outcome.state == "done":
-        a = outcome.value
-        return Given(a.declared, a.frame, a.given, a.unsupported, a.program)
+        a: _Answered = outcome.value
+        return Given(reference.declare(scene), a.frame, a.given, a.unsupported, a.program)
     return _unanswered(outcome)
 
 
