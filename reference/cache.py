@@ -95,9 +95,7 @@ class Cache:
         found = None if key is None else _rendering(self._get(key))
         if found is not None:
             return *found, True
-        start = time.perf_counter()
-        made = reference.render(scene, scratch)
-        seconds = time.perf_counter() - start
+        made, seconds = timed_rendering(reference, scene, scratch)
         if key is not None:
             about = {
                 "unsupported": dict(made.unsupported),
@@ -146,12 +144,20 @@ class Cache:
             total -= size
 
 
+def timed_rendering(reference: Reference, scene: Scene, scratch: Path) -> tuple[Rendering, float]:
+    """A reference's answer, and the seconds that it took."""
+    start = time.perf_counter()
+    made = reference.render(scene, scratch)
+    return made, time.perf_counter() - start
+
+
 def _rendering(found: Arrays | None) -> tuple[Rendering, float] | None:
     """What was kept of a reference's answer; None where that cannot be read."""
+    if found is None:
+        return None
     try:
-        about = json.loads(str((found or {}).pop("about")))
-        frame = Frame(found or {})
-        return Rendering(frame, about["unsupported"], about["program"]), about["seconds"]
+        about = json.loads(str(found.pop("about")))
+        return Rendering(Frame(found), about["unsupported"], about["program"]), about["seconds"]
     except (KeyError, ValueError, TypeError, InputError):
         return None
 
@@ -191,13 +197,13 @@ def _ingredient(part: str | Path | None) -> str:
     """A distribution's version, or what tells a file from another that took its place."""
     if part is None:
         return ""
-    if isinstance(part, str):
-        try:
+    try:
+        if isinstance(part, str):
             return f"{part} {metadata.version(part)}"
-        except metadata.PackageNotFoundError:
-            return f"{part} absent"
-    real = part.resolve()
-    status = real.stat()
+        real = part.resolve(strict=True)
+        status = real.stat()
+    except (metadata.PackageNotFoundError, OSError, RuntimeError):  # the last: links in a circle
+        return f"{part} absent"
     return f"{real} {status.st_size} {status.st_mtime_ns}"
 
 

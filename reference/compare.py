@@ -166,22 +166,29 @@ def compare(
     floor = scene.floor[0] if scene.floor else CERTAIN_FLOOR
     checks = []
     for name in names:
-        stage = QUANTITIES[name].stage
-        if name in ratios:
-            worst = _worst(name, ours, theirs, stability, ratios[name], errors[name])
-            check = _check(name, ours, stability, ratios[name], first_stage, floor, worst)
-            checks.append(_with_pictures(check, ours, theirs, stability) if pictures else check)
-        elif name in theirs:
-            got = "×".join(map(str, theirs[name].shape[1::-1]))
-            reason = f"the image is {got}, expected {ours.size[1]}×{ours.size[0]}"
-            checks.append(Check(name, stage, "failed", reason))
-        else:
-            lacking: State = "not supported" if name in unsupported else "not given"
-            reason = unsupported.get(name, "the frame does not hold it")
-            if name in required:
-                lacking, reason = "failed", f"required, and {lacking}: {reason}"
-            checks.append(Check(name, stage, lacking, reason))
+        if name not in ratios:
+            checks.append(_incomparable(name, ours, theirs, unsupported, required))
+            continue
+        worst = _worst(name, ours, theirs, stability, ratios[name], errors[name])
+        check = _check(name, ours, stability, ratios[name], first_stage, floor, worst)
+        checks.append(_with_pictures(check, ours, theirs, stability) if pictures else check)
     return Comparison(tuple(checks), ratios, first_stage, errors)
+
+
+def _incomparable(
+    name: str, ours: Frame, theirs: Frame, unsupported: Mapping[str, str], required: Collection[str]
+) -> Check:
+    """The check of a quantity that is not there, or of another size."""
+    stage = QUANTITIES[name].stage
+    if name in theirs:
+        got = "×".join(map(str, theirs[name].shape[1::-1]))
+        reason = f"the image is {got}, expected {ours.size[1]}×{ours.size[0]}"
+        return Check(name, stage, "failed", reason)
+    lacking: State = "not supported" if name in unsupported else "not given"
+    reason = unsupported.get(name, "the frame does not hold it")
+    if name in required:
+        lacking, reason = "failed", f"required, and {lacking}: {reason}"
+    return Check(name, stage, lacking, reason)
 
 
 def without_answer(names: Any, state: State, reason: str) -> tuple[Check, ...]:

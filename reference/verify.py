@@ -15,7 +15,7 @@ from converters.frames import read_frame, write_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.cache import Cache
+from reference.cache import Cache, timed_rendering
 from reference.compare import Check, Comparison, State, compare, without_answer
 from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
 from reference.isolate import Job, Workers
@@ -67,12 +67,12 @@ class ReferenceResult:
         Of its own rendering.
     output : str
         Its last output, where it crashed, timed out or failed.
-    kept : bool
-        Whether its frame was kept from an earlier run.
     digest : object
         What the caller's `Digest` made of the evidence; None where there is none.
     diagnosis : tuple or None
         What the caller's `Diagnose` found in a failure, best first; None where nothing failed.
+    kept : bool
+        Whether its frame was kept from an earlier run.
     """
 
     reference: str
@@ -115,7 +115,7 @@ class SceneResult:
 
 
 @dataclass(frozen=True)
-class _Answered:
+class Answered:
     """What a reference's job hands back; its frame travels in a file."""
 
     reference: str
@@ -198,13 +198,13 @@ def verify(
             (scene, _start(scene, references, theirs, Path(scratch) / str(k), timeout, cache))
             for k, scene in enumerate(scenes)
         ]
-        judging: deque[tuple[Scene, list[ReferenceResult | _Answered], Job]] = deque()
+        judging: deque[tuple[Scene, list[ReferenceResult | Answered], Job]] = deque()
         for scene, renderings in started:
             ended = [_ended(reference, job, scene, names) for reference, job in renderings]
             answers = [
                 (reference, answer)
                 for reference, answer in zip(references, ended, strict=True)
-                if isinstance(answer, _Answered)
+                if isinstance(answer, Answered)
             ]
             judging.append((scene, ended, ours.submit(None, judge, scene, answers, *options)))
             while judging and judging[0][2].future.done():
@@ -219,7 +219,7 @@ def _within(jobs: int, work: int) -> int:
 
 def judge(
     scene: Scene,
-    answers: Sequence[tuple[Reference, _Answered]],
+    answers: Sequence[tuple[Reference, Answered]],
     names: tuple[str, ...],
     digest: Digest | None,
     draw: Draw | None = None,
@@ -239,7 +239,7 @@ def judge(
     exact = exact_answer(scene) if cache is None else cache.exact(scene)
     ours = exact.frame
     declared = {reference.name: reference.declare(scene) for reference, _ in answers}
-    groups: dict[Declared, list[_Answered]] = {}
+    groups: dict[Declared, list[Answered]] = {}
     for _, answer in answers:
         error = replace(declared[answer.reference], derivation="")
         groups.setdefault(error, []).append(answer)
@@ -310,18 +310,16 @@ def _start(
 
 def render_by(
     reference: Reference, scene: Scene, room: Path, cache: Cache | None = None
-) -> _Answered:
+) -> Answered:
     """A reference's answer to a scene, its frame in a file. Runs in a child process."""
     if cache is None:
-        start = time.perf_counter()
-        rendering, kept = reference.render(scene, room), False
-        seconds = time.perf_counter() - start
+        rendering, seconds, kept = *timed_rendering(reference, scene, room), False
     else:
         rendering, seconds, kept = cache.rendering(reference, scene, room)
     path = room / "frame.npz"
     if rendering.frame:
         write_frame(rendering.frame, path)
-    return _Answered(
+    return Answered(
         reference.name,
         str(path),
         tuple(rendering.frame),
@@ -334,13 +332,13 @@ def render_by(
 
 def _ended(
     reference: Reference, job: Job | None, scene: Scene, names: tuple[str, ...]
-) -> ReferenceResult | _Answered:
+) -> ReferenceResult | Answered:
     """The answer of a reference, or how it failed to give one."""
     if job is None:
         return _unanswered(reference, names, "missing", reference.missing() or "")
     outcome = job.outcome()
     if outcome.state == "done":
-        answered: _Answered = outcome.value
+        answered: Answered = outcome.value
         return answered
     if isinstance(outcome.value, Unsupported):
         return _unanswered(reference, names, "not supported", str(outcome.value))
@@ -359,7 +357,7 @@ def _unanswered(
 
 
 def _result(
-    scene: Scene, ended: list[ReferenceResult | _Answered], job: Job, names: tuple[str, ...]
+    scene: Scene, ended: list[ReferenceResult | Answered], job: Job, names: tuple[str, ...]
 ) -> SceneResult:
     outcome = job.outcome()
     if outcome.state != "done":
@@ -383,7 +381,7 @@ def _result(
     )
 
 
-def _compared(entry: ReferenceResult | _Answered, verdict: _Verdict) -> ReferenceResult:
+def _compared(entry: ReferenceResult | Answered, verdict: _Verdict) -> ReferenceResult:
     if isinstance(entry, ReferenceResult):
         return entry
     name = entry.reference

@@ -131,7 +131,7 @@ def pixels_of(evidence: Evidence) -> tuple[Pixel, ...]:
     """The pixels of a scene that are explained, whoever it is that fails there."""
     wrong: list[Pixel] = []
     for comparison in (evidence.companions or {"": evidence.comparison}).values():
-        if comparison.ratio:
+        if (comparison.first_stage >= 0).any():
             first, ratios = comparison.first_stage, comparison.ratio
             wrong += [(each.column, each.row) for each in clusters_of(first, ratios)[:MOST]]
             wrong += [(each.column, each.row) for each in worst_pixels(first, ratios)]

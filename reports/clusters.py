@@ -64,8 +64,6 @@ def clusters_of(first_stage: Array, ratios: Mapping[str, Floats]) -> tuple[Clust
     ratios : dict of str to (ny, nx) float64
         Error over tolerance by quantity; NaN where it was not judged.
     """
-    if not (first_stage >= 0).any():
-        return ()
     worst = _worst_of_stage(first_stage, ratios)[0]
     touching = regionprops(label(first_stage + 1, background=0, connectivity=2))
     found = [_cluster(region.coords, first_stage, worst) for region in touching]
@@ -96,8 +94,6 @@ def _cluster(pixels: NDArray[np.integer], first_stage: Array, worst: Floats) -> 
 
 def worst_pixels(first_stage: Array, ratios: Mapping[str, Floats]) -> tuple[WrongPixel, ...]:
     """The `MOST` worst pixels: by stage, then by error over tolerance, then from the top."""
-    if not (first_stage >= 0).any():
-        return ()
     worst, names, which = _worst_of_stage(first_stage, ratios)
     rows, columns = np.nonzero(first_stage >= 0)
     order = np.lexsort((columns, rows, -worst[rows, columns], first_stage[rows, columns]))[:MOST]

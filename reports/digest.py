@@ -16,6 +16,7 @@ from reports.pictures import (
     has_scale,
     picture_span,
     ratio_png,
+    shrink_factor,
     shrunk,
     value_png,
 )
@@ -121,8 +122,3 @@ def _draw(check: Check, evidence: Evidence) -> Pictures:
 def deserves_full(check: Check) -> bool:
     """A failing quantity is shown pixel by pixel, unless an earlier stage is the one to look at."""
     return check.state == "failed" and (check.first_wrong > 0 or check.wrong == 0)
-
-
-def shrink_factor(nx: int, ny: int, largest: tuple[int, int]) -> int:
-    """The least whole number that brings an image within the sides."""
-    return max(1, -(-nx // largest[0]), -(-ny // largest[1]))

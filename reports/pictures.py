@@ -57,9 +57,9 @@ _UNIT = Span(np.zeros(1), np.ones(1))
 
 def span_of(*arrays: Array) -> Span:
     """A common scale for several arrays (ny, nx) or (ny, nx, k); values of no number left out."""
-    given = [[plane[has_numbers(a)] for plane in planes(a)] for a in arrays]
-    finite = np.stack([np.concatenate(same) for same in zip(*given, strict=True)])
-    finite = finite.astype(np.float64)
+    components = [np.stack([plane.ravel() for plane in planes(a)]) for a in arrays]
+    columns = np.concatenate(components, axis=1)
+    finite = columns[:, np.isfinite(columns).all(axis=0)].astype(np.float64)
     if not finite.size:
         return Span(np.zeros(len(finite)), np.ones(len(finite)))
     low, high = finite.min(axis=1), finite.max(axis=1)
@@ -77,6 +77,11 @@ def has_scale(name: str) -> bool:
     """Whether a quantity's picture needs a scale with numbers."""
     quantity = QUANTITIES[name]
     return not quantity.discrete and quantity.components == 1
+
+
+def shrink_factor(nx: int, ny: int, largest: tuple[int, int]) -> int:
+    """The least whole number that brings an image within the sides."""
+    return max(1, -(-nx // largest[0]), -(-ny // largest[1]))
 
 
 def shrunk(array: Array, factor: int) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from minirt.frame import Frame
 from minirt.render import render
 from minirt.scene import Scene, load_scene
-from reports.pictures import Span, shrunk, value_png
+from reports.pictures import Span, shrink_factor, shrunk, value_png
 
 #: Largest sides, in pixels.
 LARGEST = (256, 192)
@@ -44,8 +44,7 @@ def portrait_of(scene: Scene) -> Portrait:
 def portrayed(frame: Frame) -> Portrait:
     """A frame's colours, every k-th pixel where it has many. A `Portray`."""
     ny, nx = frame.size
-    factor = max(1, -(-nx // LARGEST[0]), -(-ny // LARGEST[1]))
-    return _painted(Frame({"color": shrunk(frame["color"], factor)}))
+    return _painted(Frame({"color": shrunk(frame["color"], shrink_factor(nx, ny, LARGEST))}))
 
 
 def _painted(frame: Frame) -> Portrait:

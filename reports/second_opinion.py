@@ -14,7 +14,6 @@ from rich.text import Text
 
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
-from reference.compare import error_of
 from reference.diagnose import diagnose
 from reference.source import Reference
 from reference.verify import Evidence, verify
@@ -146,13 +145,12 @@ def _row(name: str, pixel: tuple[int, int], evidence: Evidence) -> Row:
     quantity = QUANTITIES[name]
     ours, theirs = evidence.ours[name], evidence.theirs[name]
     tolerance = evidence.stability.tolerance.get(name)
-    here = tuple(slice(k, k + 1) for k in pixel)
     return Row(
         quantity=name,
         stage=quantity.stage,
         ours=tuple(np.atleast_1d(ours[pixel]).astype(float).tolist()),
         theirs=tuple(np.atleast_1d(theirs[pixel]).astype(float).tolist()),
-        error=float(error_of(quantity, ours[here], theirs[here])[0, 0]),
+        error=float(evidence.comparison.error[name][pixel]),
         tolerance=0.0 if tolerance is None else float(tolerance[pixel]),
         ratio=float(evidence.comparison.ratio[name][pixel]),
     )

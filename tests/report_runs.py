@@ -24,7 +24,7 @@ from minirt.render import render
 from minirt.scene import Scene
 from reference.compare import State, without_answer
 from reference.source import Reference, Unsupported
-from reference.verify import ReferenceResult, SceneResult, _Answered, judge, render_by
+from reference.verify import Answered, ReferenceResult, SceneResult, judge, render_by
 from reports.digest import digest_of
 from reports.portrait import portrayed
 from reports.provenance import provenance
@@ -51,7 +51,7 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
         answered = [
             (reference, each)
             for reference, each in zip(references, ended, strict=True)
-            if isinstance(each, _Answered)
+            if isinstance(each, Answered)
         ]
         verdict = judge(scene, answered, NAMES, digest_of)
     results = []
@@ -66,7 +66,7 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
     return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=portrayed(render(scene)))
 
 
-def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | _Answered:
+def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | Answered:
     if reference.name in ENDINGS:
         state, reason, output = ENDINGS[reference.name]
         return _none(reference, state, reason, output)

@@ -151,17 +151,19 @@ def test_another_ingredient_asks_a_reference_again(
 ) -> None:
     kept, scene, program = Cache(tmp_path / "cache"), small_scene(), tmp_path / "program"
     program.write_text("one")
-    for parts in (("numpy",), ("scipy",), (program,), (None,)):
+    dangling = tmp_path / "dangling"
+    dangling.symlink_to(tmp_path / "gone")
+    for parts in (("numpy",), ("scipy",), (program,), (None,), (dangling,)):
         kept.rendering(Repeatable(parts=parts), scene, tmp_path)
-    assert asked(tmp_path) == 4
+    assert asked(tmp_path) == 5
     program.write_text("another")
     kept.rendering(Repeatable(parts=(program,)), scene, tmp_path)
     kept.rendering(Repeatable("another name", parts=(None,)), scene, tmp_path)
     kept.rendering(Repeatable(parts=(None,)), small_scene(max_depth=1), tmp_path)
-    assert asked(tmp_path) == 7
+    assert asked(tmp_path) == 8
     monkeypatch.setattr(cache_module, "_processor", lambda: "another processor")
     kept.rendering(Repeatable(parts=(None,)), scene, tmp_path)
-    assert asked(tmp_path) == 8
+    assert asked(tmp_path) == 9
 
 
 def test_what_names_no_ingredients_is_never_kept(tmp_path: Path) -> None:

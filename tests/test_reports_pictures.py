@@ -22,8 +22,8 @@ from reports.colors import (
     palette,
     viridis,
 )
-from reports.digest import THUMBNAIL, shrink_factor
-from reports.pictures import agreement_png, ratio_png, shrunk, span_of, value_png
+from reports.digest import THUMBNAIL
+from reports.pictures import agreement_png, ratio_png, shrink_factor, shrunk, span_of, value_png
 
 
 def pixels(png: bytes) -> NDArray[np.uint8]:

@@ -17,9 +17,9 @@ from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
 from reference.compare import Check, Comparison, compare
 from reference.isolate import Job, Outcome, Workers
-from reference.source import Declared, Reference, Unsupported
+from reference.source import Reference, Unsupported
 from reference.stability import Stability, exact_answer, stability_of
-from reference.verify import TIMEOUT, _Answered, render_by
+from reference.verify import TIMEOUT, Answered, render_by
 
 
 @dataclass(frozen=True)
@@ -54,17 +54,6 @@ class Trial:
     judged: int = 0
     program: str = ""
     output: str = ""
-
-
-@dataclass(frozen=True)
-class Given:
-    """What a reference gave, its frame in a file."""
-
-    declared: Declared
-    frame: str
-    given: tuple[str, ...]
-    unsupported: dict[str, str]
-    program: str
 
 
 class Bench:
@@ -103,8 +92,12 @@ class Bench:
     def trials(self, scene: Scene, references: Sequence[Reference]) -> list[Trial]:
         """How a scene ends before each reference."""
         started = [(reference, self._start(scene, reference)) for reference in references]
-        answers = [_answer(reference, job, scene) for reference, job in started]
-        given = [answer for answer in answers if isinstance(answer, Given)]
+        answers = [_answer(reference, job) for reference, job in started]
+        given = [
+            (reference, answer)
+            for reference, answer in zip(references, answers, strict=True)
+            if isinstance(answer, Answered)
+        ]
         judged = iter(self._judged(scene, given))
         return [a if isinstance(a, Trial) else next(judged) for a in answers]
 
@@ -115,11 +108,11 @@ class Bench:
         room.mkdir()
         return self._theirs.submit(self.timeout, render_by, reference, scene, room)
 
-    def _judged(self, scene: Scene, given: list[Given]) -> list[Trial]:
+    def _judged(self, scene: Scene, given: list[tuple[Reference, Answered]]) -> list[Trial]:
         if not given:
             return []
         outcome = self._ours.submit(None, judge_all, scene, given).outcome()
-        for answer in given:
+        for _, answer in given:
             Path(answer.frame).unlink(missing_ok=True)
         if outcome.state == "done":
             trials: list[Trial] = outcome.value
@@ -134,27 +127,31 @@ def try_once(scene: Scene, reference: Reference) -> Trial:
         return bench.trial(scene, reference)
 
 
-def judge_all(scene: Scene, answers: Sequence[Given]) -> list[Trial]:
-    """Compare references' frames of one scene with minirt's. Runs in a child process."""
+def judge_all(scene: Scene, answers: Sequence[tuple[Reference, Answered]]) -> list[Trial]:
+    """Compare references' frames of one scene with minirt's. Runs in a child process.
+
+    What they declare is asked here, where nothing of theirs has run.
+    """
     exact = exact_answer(scene)
     trials = []
-    for answer in answers:
-        theirs = read_frame(answer.frame) if answer.given else Frame({})
-        given, declared = answer.given, answer.declared
-        stability = stability_of(exact, declared, given) if given else Stability({}, {})
+    for reference, answer in answers:
+        theirs, stability = Frame({}), Stability({}, {})
+        if answer.given:
+            theirs = read_frame(answer.frame)
+            stability = stability_of(exact, reference.declare(scene), answer.given)
         comparison = compare(scene, exact.frame, stability, theirs, answer.unsupported)
         trials.append(_verdict(comparison, answer.program))
     return trials
 
 
-def _answer(reference: Reference, job: Job | None, scene: Scene) -> Given | Trial:
+def _answer(reference: Reference, job: Job | None) -> Answered | Trial:
     """What a reference gave, or how it failed to."""
     if job is None:
         return Trial("missing", reason=reference.missing() or "")
     outcome = job.outcome()
     if outcome.state == "done":
-        a: _Answered = outcome.value
-        return Given(reference.declare(scene), a.frame, a.given, a.unsupported, a.program)
+        answered: Answered = outcome.value
+        return answered
     return _unanswered(outcome)
 
 

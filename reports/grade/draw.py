@@ -7,8 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from reference.verify import Evidence
-from reports.digest import shrink_factor
-from reports.pictures import Span, has_scale, ratio_png, shrunk, span_of, value_png
+from reports.pictures import (
+    Span,
+    has_scale,
+    ratio_png,
+    shrink_factor,
+    shrunk,
+    span_of,
+    value_png,
+)
 
 #: The pictures that are drawn, and the file that says of what quantity.
 PICTURES = ("ours", "theirs", "difference")

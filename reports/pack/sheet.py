@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from minirt.frame import Array, Frame
+from minirt.frame import Array, Frame, has_numbers
 from minirt.quantities import QUANTITIES
 from minirt.vectors import Bools
 from reports.colors import CATEGORIES, HATCH, MASK_WORDS, MASKS, NOTHING, viridis
@@ -61,7 +61,7 @@ def _picture(name: str, values: Array) -> tuple[str, Image.Image, Legend]:
     if name == "color":
         span = Span(np.zeros(3), np.ones(3))
     if values.ndim == 3:
-        given = np.isfinite(values).all(axis=2, keepdims=True)
+        given = has_numbers(values)[..., None]
         image = Image.fromarray(np.where(given, channels(name, values, span), NOTHING))
     else:
         image = Image.open(io.BytesIO(value_png(name, values, span))).convert("RGB")
