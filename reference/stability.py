@@ -229,10 +229,15 @@ class Restarted(Whitted):
         """Where the other renderer starts."""
         start = self.declared.start
         if isinstance(start, NormalOffset):
-            return _off_surface(points, direction, start), 0.0
+            side = self.side_of(dot(points.normal, direction))
+            return _off_surface(points, side, start), 0.0
         if isinstance(start, AlongRay):
             return points.M, start.length
         return super().secondary_start(points, direction)
+
+    def side_of(self, slope: Floats) -> Floats:
+        """Which side of a surface a ray of that slope (n,) to the normal leaves on, by its sign."""
+        return slope
 
 
 class Displaced(Restarted):
@@ -286,6 +291,10 @@ class Displaced(Restarted):
         """Where the other renderer starts, moved sideways."""
         origin, t0 = super().secondary_start(points, direction)
         return origin + self.step * sideways(direction, self.k), t0
+
+    def side_of(self, slope: Floats) -> Floats:
+        """The same; a ray along the surface leaves on either: a zero's sign is anybody's choice."""
+        return np.where(slope == 0, 1.0 if self.k % 2 == 0 else -1.0, slope)
 
     def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
         """Facets tilted by what their vertices' rounding turns them, spheres by the angle's."""
@@ -348,12 +357,11 @@ def _facet_tilt(hits: Hits, geometry: Geometry, levers: PerSurface, declared: De
     return np.where(flat, 2.0**0.5 * declared.vertex / levers.at(hits, geometry), 0.0)
 
 
-def _off_surface(points: Points, direction: Floats, start: NormalOffset) -> Floats:
+def _off_surface(points: Points, side: Floats, start: NormalOffset) -> Floats:
     center = np.array(start.center).reshape(3, 1)
     there = np.abs(start.scale * (points.M - center)).max(axis=0)
     offset = start.factor * (1.0 + there) / start.scale
-    side = np.copysign(offset, dot(points.normal, direction))
-    started: Floats = points.M + side * points.normal
+    started: Floats = points.M + np.copysign(offset, side) * points.normal
     return started
 
 

@@ -16,6 +16,7 @@ from minirt.scene import Facets, Scene
 from minirt.vectors import Floats, dot, norm
 from minirt.whitted import Points, Whitted
 from reference.compare import compare
+from reference.renderers.embree import EmbreeReference
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.stability import measure, sideways
 
@@ -351,3 +352,27 @@ def test_the_root_of_a_rounded_square_is_tolerated_where_the_refracted_ray_graze
     error = np.linalg.norm(theirs - frame["refraction"][certain], axis=1)
     assert (error <= stability.tolerance["refraction"][certain]).all()
     assert error.max() > 1e-8
+
+
+def test_a_ray_along_a_surface_may_start_on_either_side_of_it() -> None:
+    """As fuzzing found on a gem: a zero's sign put Embree's start outside, and ours inside."""
+    wall = [[0, -1, 1], [0, 1, 1], [0, 1, 2], [0, -1, 2]]
+    document: dict[str, Any] = {
+        "minirt": 1, "name": "along",
+        "screen": {"look_at": {"eye": [4, 0, 1.5], "target": [0, 0, 1.5], "up": [0, 0, 1],
+                               "fov_y": 8}, "nx": 16, "ny": 16},
+        "light": {"direction": [0, 0, 1]},
+        "materials": {"grey": {}},
+        "objects": [
+            {"type": "polygon", "material": "grey", "vertices": wall},
+            {"type": "polygon", "material": "grey",
+             "vertices": [[0, -2, 0.5], [0, 2, 0.5], [-1, 2, 0.5], [-1, -2, 0.5]]},
+        ],
+    }  # fmt: skip
+    scene = minirt.load_scene(document)
+    frame, stability = measure(scene, EmbreeReference().declare(scene), ["object", "shadow"])
+    assert stability.certain["object"].all()
+    assert (frame["object"] == 0).all()
+    assert not stability.certain["shadow"].any()
+    lone = minirt.load_scene({**document, "objects": document["objects"][:1]})
+    assert measure(lone, EmbreeReference().declare(lone), ["shadow"])[1].certain["shadow"].all()
