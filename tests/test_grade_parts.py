@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from grade_class import small as of_the_atlas
 
-from minirt.frame import Frame
-from minirt.quantities import QUANTITIES, STAGES, Stage
+from minirt.frame import Array, Frame
+from minirt.quantities import QUANTITIES
 from minirt.scene import Scene, load_scene
 from reference.compare import compare
 from reference.mutants import CATALOGUE, HONEST
@@ -18,8 +18,9 @@ from reference.mutants.mutant import Mutant
 from reference.mutants.thin_gap import THIN_GAP
 from reference.precision import Claim, declared
 from reference.stability import Exact, Stability, exact_answer, stability_of
+from reference.traceability import TRACED
 from reference.verify import Evidence
-from reports.grade.parts import quantities_judged, tally
+from reports.grade.parts import Tally, charged, quantities_judged, tally
 from reports.grade.rubric import Part
 
 #: Scenes on which every mistake shows, in few pixels.
@@ -48,9 +49,30 @@ def seen(name: str, theirs: Frame) -> Evidence:
     return Evidence(exact.scene, "subject", exact.frame, theirs, stability, comparison)
 
 
-def share(rule: str, evidence: Evidence, charged: Sequence[Stage] = STAGES) -> float:
-    part = Part(name=rule, points=1.0, rules=(rule,))
-    return tally(part, quantities_judged(part, ALL), evidence, charged).share
+#: A rubric about every rule.
+EVERY = tuple(TRACED)
+
+
+def share(rule: str, evidence: Evidence, rubric: Sequence[str] = EVERY) -> float:
+    """The share of right pixels in the part about a rule, in a rubric with a part a rule."""
+    return counted(rule, ALL, evidence, rubric).share
+
+
+def counted(
+    rule: str, names: tuple[str, ...], evidence: Evidence, rubric: Sequence[str] = EVERY
+) -> Tally:
+    parts = [about(each) for each in rubric]
+    excused = charged([(part, quantities_judged(part, ALL)) for part in parts], evidence)
+    return tally(about(rule), names, evidence, excused)
+
+
+def about(rule: str) -> Part:
+    return Part(name=rule, points=1.0, rules=(rule,))
+
+
+def changed(name: str, **arrays: Array) -> Evidence:
+    """minirt's own answer with some quantities exchanged."""
+    return seen(name, Frame({**answered(name)[0].frame.arrays, **arrays}))
 
 
 @pytest.mark.parametrize("mutant", CATALOGUE.values(), ids=CATALOGUE)
@@ -75,10 +97,9 @@ def test_a_consequence_is_left_out_of_the_count() -> None:
     arrays["ray"][:3] *= -1
     arrays["shadow"][:3] = 1 - arrays["shadow"][:3]
     evidence = seen("ball-on-quad", Frame(arrays))
-    part = Part(name="shadows", points=1.0, rules=("S12",))
-    counted = tally(part, ("shadow",), evidence, STAGES)
-    assert counted.share == 1
-    assert counted.judged == evidence.ours["hit"].size - int(
+    shadows = counted("S12", ("shadow",), evidence)
+    assert shadows.share == 1
+    assert shadows.judged == evidence.ours["hit"].size - int(
         (evidence.comparison.ratio["shadow"] > 1).sum()
     )
     assert share("S2", evidence) == pytest.approx(1 - 3 / 36)
@@ -91,7 +112,7 @@ def test_a_mistake_that_no_part_is_about_excuses_nothing() -> None:
     arrays["color"][:17] += 1
     evidence = seen("ball-on-quad", Frame(arrays))
     assert share("S13", evidence) == 1
-    assert share("S13", evidence, ["colour"]) == pytest.approx(1 - 17 / 36, abs=0.01)
+    assert share("S13", evidence, ["S13"]) == pytest.approx(1 - 17 / 36, abs=0.01)
 
 
 def test_consequences_that_leave_less_than_half_count_as_wrong() -> None:
@@ -115,10 +136,46 @@ def test_a_kind_of_object_is_judged_where_it_stands() -> None:
 
 def test_what_is_not_given_is_counted() -> None:
     exact, _ = answered("ball-on-quad")
-    part = Part(name="order", points=1.0, rules=("S5",))
-    names = quantities_judged(part, ALL)
+    names = quantities_judged(about("S5"), ALL)
     depth, hit = (Frame({name: exact.frame[name]}) for name in ("depth", "hit"))
-    some = tally(part, names, seen("ball-on-quad", depth), STAGES)
-    none = tally(part, names, seen("ball-on-quad", hit), STAGES)
+    some = counted("S5", names, seen("ball-on-quad", depth))
+    none = counted("S5", names, seen("ball-on-quad", hit))
     assert (some.share, some.given, some.asked) == (1.0, 1, len(names))
     assert (none.share, none.given) == (0.0, 0)
+
+
+def losing(evidence: Evidence) -> set[str]:
+    return {rule for rule in TRACED if share(rule, evidence) < 1}
+
+
+@pytest.mark.parametrize("name", ["ball-on-quad", "pentagon-and-octagon"])
+def test_flipped_normals_cost_nothing_under_the_screen(name: str) -> None:
+    evidence = changed(name, normal=-answered(name)[0].frame["normal"])
+    assert losing(evidence) <= {"S8", "S9", "S10"}
+    assert share("S9", evidence) < 0.5
+
+
+def test_normals_in_viewing_coordinates_cost_marks_under_s3() -> None:
+    evidence = seen("left-handed-frame", by_name("normal-in-viewing-coordinates"))
+    assert share("S3", evidence) < 0.5
+    assert share("S2", evidence) == 1
+
+
+def by_name(mistake: str) -> Frame:
+    return CATALOGUE[mistake].render(small("left-handed-frame"))
+
+
+def test_a_wrong_hit_is_not_the_screens_fault_where_the_rays_are_right() -> None:
+    hit = answered("ball-on-quad")[0].frame["hit"]
+    evidence = changed("ball-on-quad", hit=~hit)
+    assert share("S1", evidence) == share("S3", evidence) == 1
+    assert share("S6", evidence) < 0.5
+    alone = seen("ball-on-quad", Frame({"hit": ~hit}))
+    assert share("S1", alone) < 0.5
+
+
+def test_a_wrong_t_is_no_matter_of_the_interval_where_something_is_hit() -> None:
+    t = answered("ball-on-quad")[0].frame["t"]
+    assert losing(changed("ball-on-quad", t=2 * t)) == {"S5", "S8", "S9", "S10"}
+    nothing = changed("ball-on-quad", t=np.where(np.isinf(t), 0.0, t))
+    assert losing(nothing) == {"S5", "S6"}

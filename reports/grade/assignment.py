@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from minirt.errors import InputError
-from minirt.quantities import QUANTITIES, Stage
+from minirt.quantities import QUANTITIES
 from minirt.scene import Scene, load_scene
 from reference.traceability import TRACED
 from reports.grade.hidden import variant
@@ -53,11 +53,6 @@ class Assignment:
     sha256: str
     sheets: tuple[Sheet, ...]
     parts: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
-
-    @property
-    def stages(self) -> set[Stage]:
-        """The stages at which a mistake costs marks in some part."""
-        return {QUANTITIES[name].stage for _, names in self.parts for name in names}
 
 
 def read_assignment(path: Path) -> Assignment:

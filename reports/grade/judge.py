@@ -22,7 +22,7 @@ from reference.verify import Evidence
 from reports.grade.assignment import Assignment, Sheet
 from reports.grade.draw import draw
 from reports.grade.fingerprint import fingerprint, is_rounded
-from reports.grade.parts import Tally, speaks_of, tally
+from reports.grade.parts import Tally, charged, speaks_of, tally
 from reports.grade.submission import Opened, subject_of
 from reports.json_model import Model, Natural
 
@@ -159,12 +159,12 @@ def compared(desk: Desk, sheet: Sheet, opened: Opened, rendering: Rendering) -> 
 def _result(desk: Desk, sheet: Sheet, opened: Opened, seen: Evidence) -> SheetResult:
     scene, rubric, comparison = sheet.scene, desk.assignment.rubric, seen.comparison
     vague = opened.precision != rubric.precision and _too_vague(sheet, comparison)
+    parts = list(zip(rubric.part, desk.assignment.parts, strict=True))
+    excused = charged([(part, names) for part, (_, names) in parts], seen)
     tallies = {}
-    for k, (part, (scenes, names)) in enumerate(
-        zip(rubric.part, desk.assignment.parts, strict=True)
-    ):
+    for k, (part, (scenes, names)) in enumerate(parts):
         if scene.name in scenes:
-            counted = tally(part, names, seen, desk.assignment.stages)
+            counted = tally(part, names, seen, excused)
             right = 0 if vague else counted.right
             tallies[k] = (counted.judged, right, counted.given, counted.asked)
     first = comparison.first_stage

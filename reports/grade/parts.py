@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -11,6 +11,7 @@ import numpy as np
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES, Stage
 from minirt.scene import Facets, Scene
+from minirt.screen import view_frame
 from minirt.vectors import Bools
 from reference.mutants import CATALOGUE
 from reference.traceability import TRACED, trace_rules
@@ -26,6 +27,10 @@ _KINDS: dict[str, tuple[str, ...]] = {
 }
 #: Rules about glass: they speak of pixels where the material has an index.
 _GLASS = ("S15", "S16", "E1", "E2")
+#: Rules about the rays; whatever they meet also shows a mistake in them.
+_SCREEN = ("S1", "S2", "S3")
+#: Components of two normals that differ by no more are the same in any precision.
+_ALIKE = 0.01
 #: Consequences of an earlier mistake are left out while so much of the picture is left to judge.
 _LEAST_LEFT = 0.5
 
@@ -81,13 +86,33 @@ def quantities_judged(part: Part, asked: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(name for name in asked if name in wanted)
 
 
-def tally(part: Part, names: tuple[str, ...], seen: Evidence, charged: Collection[Stage]) -> Tally:
+def charged(parts: Iterable[tuple[Part, tuple[str, ...]]], seen: Evidence) -> Bools:
+    """The pixels of one scene whose first mistake is the matter of some part, (ny, nx).
+
+    Parameters
+    ----------
+    parts : iterable of (Part, tuple of str)
+        All of the rubric, also those that are judged on other scenes, with their quantities, from
+        `quantities_judged`.
+    seen : Evidence
+    """
+    mask = np.zeros(seen.ours.size, dtype=np.bool_)
+    for part, names in parts:
+        relevant = _relevant(part, seen.scene, seen.ours, seen.theirs)
+        for name in names:
+            if name in seen.comparison.ratio:
+                mask |= relevant & _first_here(part, name, seen)
+    return mask
+
+
+def tally(part: Part, names: tuple[str, ...], seen: Evidence, excused: Bools) -> Tally:
     """Count the pixels of one scene for a part.
 
-    A pixel is wrong where a quantity of the part is wrong at the pixel's first wrong stage. Where
-    an earlier stage was wrong that the rubric charges, the part's own error is a consequence and is
-    left out of the count, as long as half of the pixels are left; after that consequences count as
-    wrong. What follows from a mistake that no part is about is wrong here.
+    A pixel is wrong where a quantity of the part is wrong at the pixel's first wrong stage, and
+    tells of the part's rules. Where an earlier mistake is the matter of some part, the part's own
+    error is a consequence and is left out of the count, as long as half of the pixels are left;
+    after that consequences count as wrong. What follows from a mistake that no part is about is
+    wrong here.
 
     Parameters
     ----------
@@ -95,25 +120,61 @@ def tally(part: Part, names: tuple[str, ...], seen: Evidence, charged: Collectio
     names : tuple of str
         From `quantities_judged`.
     seen : Evidence
-    charged : collection of str
-        Stages that any part of the rubric is about.
+    excused : (ny, nx) bool
+        From `charged`.
     """
-    scene, ours, theirs, comparison = seen.scene, seen.ours, seen.theirs, seen.comparison
+    comparison = seen.comparison
     given = [name for name in names if name in comparison.ratio]
-    considered = _relevant(part, scene, ours, theirs) & _certain(given or names, seen)
-    excused = np.isin(comparison.first_stage, [STAGES.index(stage) for stage in charged])
-    wrong, follows = (np.zeros(ours.size, dtype=np.bool_) for _ in range(2))
+    relevant = _relevant(part, seen.scene, seen.ours, seen.theirs)
+    considered = relevant & _certain(given or names, seen)
+    wrong, follows = (np.zeros(seen.ours.size, dtype=np.bool_) for _ in range(2))
     for name in given:
-        bad = comparison.ratio[name] > 1
-        here = comparison.first_stage == STAGES.index(QUANTITIES[name].stage)
-        wrong |= bad & (here | ~excused)
-        follows |= bad & ~here & excused
+        later = comparison.ratio[name] > 1
+        later &= comparison.first_stage < STAGES.index(QUANTITIES[name].stage)
+        wrong |= _first_here(part, name, seen) | (later & ~excused)
+        follows |= later & excused
     wrong &= considered
     follows &= considered & ~wrong
-    all_, bad_, later = (int(mask.sum()) for mask in (considered, wrong, follows))
-    judged = all_ - later if all_ - later >= _LEAST_LEFT * all_ else all_
-    right = all_ - later - bad_ if given else 0
+    all_, bad_, later_ = (int(mask.sum()) for mask in (considered, wrong, follows))
+    judged = all_ - later_ if all_ - later_ >= _LEAST_LEFT * all_ else all_
+    right = all_ - later_ - bad_ if given else 0
     return Tally(judged, right, len(given), len(names))
+
+
+def _first_here(part: Part, name: str, seen: Evidence) -> Bools:
+    """Where a quantity is wrong, no earlier one is, and that tells of the part's rules."""
+    comparison = seen.comparison
+    here = comparison.first_stage == STAGES.index(QUANTITIES[name].stage)
+    bad: Bools = here & (comparison.ratio[name] > 1)
+    if not part.rules:
+        return bad
+    telling = [
+        _telling(rule, name, bad, seen) for rule in part.rules if name in quantities_of(rule)
+    ]
+    return np.asarray(np.logical_or.reduce(telling))
+
+
+def _telling(rule: str, name: str, bad: Bools, seen: Evidence) -> Bools:
+    """Those of the wrong pixels of a quantity that a rule can be blamed for.
+
+    The hit map tells of the screen where no rays are given; t and what comes of it tell of S6
+    where nothing is hit; normals tell of S3 where they are the right ones in viewing coordinates.
+    """
+    if rule in _SCREEN and name == "hit":
+        return bad & ("ray" not in seen.comparison.ratio)
+    if rule in _SCREEN and name == "normal":
+        return _in_viewing_coordinates(bad, seen)
+    if rule == "S6" and name != "hit":
+        return np.asarray(bad & ~seen.ours["hit"])
+    return bad
+
+
+def _in_viewing_coordinates(bad: Bools, seen: Evidence) -> Bools:
+    """The wrong normals, where most of them are minirt's in the observer's axes; else none."""
+    axes = np.concatenate(view_frame(seen.scene.screen)[:3], axis=1)
+    off = np.abs(seen.theirs["normal"] - seen.ours["normal"] @ axes).max(axis=-1)
+    alike = bad & (off <= _ALIKE)
+    return alike if alike.sum() > bad.sum() / 2 else np.zeros_like(bad)
 
 
 def speaks_of(part: Part, scene: Scene, ours: Frame) -> bool:
