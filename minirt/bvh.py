@@ -1,231 +1,240 @@
 """Culling: which primitives a ray may meet. It never decides a hit and never changes a bit.
 
-A tree of bounding boxes, eight children a node, is walked depth first by streams of rays: each
-node is visited once for all the rays still alive in it. Boxes are padded beyond any rounding
-error of the boxes, the rays and the kernels, so that whatever a kernel accepts is offered to it.
+A tree of bounding boxes, eight children a node, is walked level by level by beams: consecutive
+rays that are bounded together. Whatever a beam may meet is then sifted ray by ray. Boxes are
+padded beyond any rounding error of the boxes, the rays and the kernels, so that whatever a kernel
+accepts is offered to it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from minirt.vectors import Bools, Floats, Index, dot, norm
+from minirt.beams import PAD, PARTS, Beams
+from minirt.vectors import Bools, Floats, Index
 
 _WIDTH = 8
-#: Rays whose spans in a node's boxes fit into a processor's cache.
-_NEARBY = 4_096
-#: Boxes grow by this share of the largest coordinate in play: some 4,000 times the rounding of it.
-_PAD = 2.0**-40
-#: Stands in for the reciprocal of a component that is zero; times any legal length it is finite.
-_FLAT = 1e-250
+#: Nodes of one level that a beam may meet before it is divided.
+_CROWD = 24
+#: Nodes of a beam that are opened before the others are culled again by what was met in them.
+_FIRST = 2
+#: Pairs of a ray and a node below which neither beams are divided nor nodes sorted.
+_MANY = 65_536
 #: Sine of the angle below which a plane's crossing is not trusted to cull.
 _GRAZING = 2.0**-8
 
 
 @dataclass(frozen=True, eq=False)
-class Leaf:
-    """Primitives start…stop−1 in the tree's order."""
-
-    start: int
-    stop: int
-
-
-@dataclass(frozen=True, eq=False)
-class Node:
-    """Children with their boxes, lower and upper corners (3, c)."""
-
-    lower: Floats
-    upper: Floats
-    children: tuple[Node | Leaf, ...]
-
-
-@dataclass(frozen=True, eq=False)
 class Tree:
-    """A tree over m primitives.
+    """A tree over m primitives, complete: all of them are equally far from its root.
 
     Attributes
     ----------
-    order : (m,) intp
-        Primitive numbers, leaf after leaf; ascending within a leaf.
-    root : Node or Leaf
+    primitives : (l,) intp
+        By number of the last level's boxes; some stand in two places.
+    boxes : tuple of (n, 6, c) float64
+        Level by level, for each of n nodes its children's boxes: lower corners and, negated,
+        upper ones. Children are numbered node by node; they are the nodes of the next level.
     reach : float
         Largest coordinate magnitude of any box.
     """
 
-    order: Index
-    root: Node | Leaf
+    primitives: Index
+    boxes: tuple[Floats, ...]
     reach: float
 
 
-def build(lower: Floats, upper: Floats, leaf: int = 12) -> Tree:
-    """A tree over boxes given by their corners (3, m), by balanced median splits.
-
-    A leaf holds at most `leaf` of them.
-    """
-    order = np.arange(lower.shape[1])
-    root = _branch(order, 0, len(order), (lower, upper, lower + upper), leaf)
-    return Tree(order, root, float(max(np.abs(lower).max(), np.abs(upper).max())))
-
-
-def _branch(
-    order: Index, start: int, stop: int, boxes: tuple[Floats, Floats, Floats], leaf: int
-) -> Node | Leaf:
-    if stop - start <= leaf:
-        order[start:stop].sort()
-        return Leaf(start, stop)
-    lower, upper, middle = boxes
-    ranges = [(start, stop)]
-    while len(ranges) < _WIDTH and max(b - a for a, b in ranges) > leaf:
-        ranges = [half for r in ranges for half in _halves(order, *r, middle, leaf)]
-    low = np.stack([lower[:, order[a:b]].min(axis=1) for a, b in ranges], axis=1)
-    high = np.stack([upper[:, order[a:b]].max(axis=1) for a, b in ranges], axis=1)
-    return Node(low, high, tuple(_branch(order, a, b, boxes, leaf) for a, b in ranges))
-
-
-def _halves(
-    order: Index, start: int, stop: int, middle: Floats, leaf: int
-) -> list[tuple[int, int]]:
-    if stop - start <= leaf:
-        return [(start, stop)]
-    part = order[start:stop]
-    points = middle[:, part]
-    axis = int(np.argmax(points.max(axis=1) - points.min(axis=1)))
-    half = (stop - start) // 2
-    order[start:stop] = part[np.argpartition(points[axis], half)]
-    return [(start, start + half), (start + half, stop)]
+def build(lower: Floats, upper: Floats) -> Tree:
+    """A tree over boxes given by their corners (3, m), by balanced median splits."""
+    m = lower.shape[1]
+    halvings = max(0, int(np.ceil(np.log2(m / _WIDTH))))
+    order = np.resize(np.arange(m), (1, -(-m // 2**halvings) * 2**halvings))
+    middle = lower + upper
+    for _ in range(halvings):
+        points = middle[:, order]
+        axis = np.argmax(np.ptp(points, axis=2), axis=0)
+        along = points[axis, np.arange(len(order))]
+        half = order.shape[1] // 2
+        part = np.argpartition(along, half, axis=1)
+        order = np.take_along_axis(order, part, axis=1).reshape(-1, half)
+    corners = np.concatenate((lower, -upper))[:, order]
+    boxes = [corners.transpose(1, 0, 2).copy()]
+    while len(boxes[0]) > 1:
+        fan = min(_WIDTH, len(boxes[0]))
+        nodes = boxes[0].min(axis=2)
+        boxes.insert(0, nodes.reshape(-1, fan, 6).transpose(0, 2, 1).copy())
+    reach = float(max(np.abs(lower).max(), np.abs(upper).max()))
+    return Tree(order.ravel(), tuple(boxes), reach)
 
 
 def visit(
-    tree: Tree, P0: Floats, inverse: Floats, t0: Floats, limit: Floats
-) -> Iterator[tuple[Index, Leaf]]:
-    """Yield (rays, leaf) for every leaf that some rays may hit something in, t0 ≤ t ≤ limit.
+    tree: Tree, rays: Iterable[Beams], limit: Floats, pad: float
+) -> Iterator[tuple[Beams, Index, Index]]:
+    """Yield (beams, which, primitives): pairs of a beam and a primitive that its rays may meet.
 
     Parameters
     ----------
-    P0, inverse : (3, n) float64
-        Origins, and the `reciprocal` of the directions.
-    t0, limit : (n,) float64
-        Smallest and largest t of interest for each ray; the caller may lower it between two steps.
+    tree : Tree
+    rays : iterable of Beams
+    limit : (n,) float64
+        Largest t of interest for each ray; the caller may lower it between two steps.
+    pad : float
+        From `padding`.
     """
-    pad = padding(P0, tree.reach)
-    stack: list[tuple[Node | Leaf, Index, Floats | None]] = [
-        (tree.root, np.arange(P0.shape[1]), None)
-    ]
-    while stack:
-        node, rays, entry = stack.pop()
-        if entry is not None:
-            rays = rays[entry <= _beyond(limit[rays])]
-        if not len(rays):
-            continue
-        if isinstance(node, Leaf):
-            yield rays, node
-            continue
-        near, far = _box_span(P0[:, rays], inverse[:, rays], node.lower - pad, node.upper + pad)
-        beyond = _beyond(far)
-        meets = (near <= beyond) & (beyond >= t0[rays]) & (near <= _beyond(limit[rays]))
-        distance = np.where(meets, near, np.inf).min(axis=1)
-        for child in np.argsort(-distance, kind="stable"):
-            chosen = np.flatnonzero(meets[child])
-            if len(chosen):
-                stack.append((node.children[child], rays[chosen], near[child, chosen]))
+    work = [_Open(beams, 0, np.arange(len(beams)), np.zeros(len(beams), np.intp)) for beams in rays]
+    while work:
+        now = work.pop()
+        latest = now.beams.latest(limit)
+        if now.near is not None:
+            now.keep(now.near <= latest[now.which])
+        if now.level == len(tree.boxes):
+            yield now.beams, now.which, tree.primitives[now.nodes]
+        elif len(now.which):
+            work += now.opened(tree.boxes[now.level], latest, pad)
+
+
+class _Open:
+    """Pairs of a beam and a node of one level that are to be opened.
+
+    `near` is the least t at which they may meet, where that is known.
+    """
+
+    def __init__(
+        self, beams: Beams, level: int, which: Index, nodes: Index, near: Floats | None = None
+    ) -> None:
+        self.beams, self.level, self.which, self.nodes, self.near = beams, level, which, nodes, near
+
+    def keep(self, mask: Bools) -> None:
+        """Some of the pairs."""
+        self.which, self.nodes = self.which[mask], self.nodes[mask]
+
+    def opened(self, boxes: Floats, latest: Floats, pad: float) -> Iterator[_Open]:
+        """The pairs with the nodes' children that meet; what is to be looked at first comes last.
+
+        Beams that meet too many are divided, and their parts open the nodes again.
+        """
+        near = self.beams.meet(self.which, boxes, self.nodes, latest, pad)
+        met = np.flatnonzero(near < np.inf)
+        child, pair = np.divmod(met, len(self.which))
+        which, nodes = self.which[pair], self.nodes[pair] * len(near) + child
+        near = near.reshape(-1)[met]
+        if len(which) * self.beams.size > _MANY:
+            crowded = np.bincount(which, minlength=len(self.beams)) > _CROWD
+            if self.beams.size > 1 and crowded.any():
+                yield self._in_parts(crowded)
+                rest = np.flatnonzero(~crowded[which])
+                which, nodes, near = which[rest], nodes[rest], near[rest]
+            if len(which) > _FIRST * len(self.beams):
+                which, nodes, near, far = _nearest(which, nodes, near)
+                yield _Open(self.beams, self.level + 1, *far)
+        yield _Open(self.beams, self.level + 1, which, nodes, near)
+
+    def _in_parts(self, crowded: Bools) -> _Open:
+        """The same nodes for the parts of crowded (b,) beams."""
+        some = np.flatnonzero(crowded[self.which])
+        place = (np.cumsum(crowded) - 1)[self.which[some]]
+        parts = (place[:, None] * PARTS + np.arange(PARTS)).ravel()
+        finer = self.beams.divided(np.flatnonzero(crowded))
+        return _Open(finer, self.level, parts, np.repeat(self.nodes[some], PARTS))
+
+
+def _nearest(
+    which: Index, nodes: Index, near: Floats
+) -> tuple[Index, Index, Floats, tuple[Index, Index, Floats]]:
+    """The nearest nodes of each beam, and the others."""
+    order = np.lexsort((near, which))
+    which, nodes, near = which[order], nodes[order], near[order]
+    first = np.flatnonzero(np.append(True, np.diff(which) > 0))
+    count = np.diff(np.append(first, len(order)))
+    rank = np.arange(len(order)) - np.repeat(first, count)
+    now = rank < np.repeat(np.maximum(_FIRST, count // 3), count)
+    return which[now], nodes[now], near[now], (which[~now], nodes[~now], near[~now])
 
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Flat primitives as culling sees them: parts of planes X·N = offset, within boxes.
+    """Flat primitives as culling sees them: parts of planes, within other planes.
 
     Attributes
     ----------
+    N : (m, 3) float64
+        Unit normals of the planes X·N = offset.
     offset : (m,) float64
-    N, lower, upper : (3, m) float64
-        Normals of any length, and the corners of the boxes.
+    sides : (m, e, 3) float64
+        Unit vectors, along the plane, from each side inward; zero where a side is not told.
+    least : (m, e) float64
+        X·side is no less in the primitive.
     """
 
-    offset: Floats
     N: Floats
-    lower: Floats
-    upper: Floats
-
-    def take(self, index: Index) -> Patches:
-        """Some of them."""
-        return Patches(*(np.take(value, index, axis=-1) for value in vars(self).values()))
+    offset: Floats
+    sides: Floats
+    least: Floats
 
 
 def may_cross(
-    P0: Floats, d: Floats, patches: Patches, pad: float, t0: Floats, limit: Floats
+    patches: Patches, beams: Beams, which: Index, primitives: Index, pad: float, limit: Floats
 ) -> Bools:
-    """Whether n rays P0 + t·d (3, n), t0 ≤ t ≤ limit (n,), may meet c patches inside their boxes.
+    """Whether rays of beams, up to t = limit (n,), may meet flat primitives, pair by pair.
 
-    The boxes and the interval are grown by a pad. The crossings come from matrix products, which
+    The sides and the interval are grown by a pad. The crossings come from matrix products, which
     round as they like: some 2⁻⁴⁴ of the largest coordinate in play at the angles where culling is
     done, less than the pad, unless the plane is met at a small angle; there the answer is yes.
 
     Returns
     -------
-    (c, n) bool
+    (p, s) bool
     """
-    low, high = (patches.lower - pad)[:, :, None], (patches.upper + pad)[:, :, None]
-    length = norm(d)
-    slope = patches.N.T @ d
-    steep = np.abs(slope) > np.outer(_GRAZING * norm(patches.N), length)
-    t = patches.offset[:, None] - patches.N.T @ P0
-    np.divide(t, slope, out=t, where=steep)
+    d, P0, length = beams.d[which], beams.P0[which], beams.length[which]
+    N = patches.N[primitives][:, None]
+    slope = (N @ d)[:, 0]
+    steep = np.abs(slope) > _GRAZING * length
+    ahead = patches.offset[primitives][:, None] - (N @ P0)[:, 0]
+    t = np.divide(ahead, slope, where=steep, out=np.zeros((len(which), beams.size)))
     slack = pad / length
-    within: Bools = (t >= t0 - slack) & (t <= limit + slack)
-    for k in range(3):
-        X = t * d[k]
-        X += P0[k]
-        within &= low[k] <= X
-        within &= high[k] >= X
+    within: Bools = (t >= beams.t0[which] - slack) & (t <= limit[beams.index[which]] + slack)
+    sides = patches.sides[primitives]
+    along = sides @ d
+    least = (patches.least[primitives] - pad)[:, :, None] - sides @ P0
+    for k in range(sides.shape[1]):
+        within &= t * along[:, k] >= least[:, k]
     within |= ~steep
     return within
 
 
-def may_touch(P0: Floats, d: Floats, C: Floats, R: Floats) -> Bools:
-    """Whether the lines of n rays (3, n) may meet spheres with centres (3, c) and radii (c,).
+def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Index) -> Bools:
+    """Whether the lines of rays of beams may meet spheres, pair by pair.
 
-    Δ ≥ 0 by matrix products, which round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and
-    R², and err by some ten roundings; the pad is a thousand times that.
+    Δ ≥ 0 by sums that round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and R², and err
+    by some ten roundings; the pad is a thousand times that.
+
+    Parameters
+    ----------
+    C : (3, m) float64
+    R : (m,) float64
+    beams : Beams
+    which, primitives : (p,) intp
 
     Returns
     -------
-    (c, n) bool
+    (p, s) bool
     """
-    dd, PP, CC = dot(d, d), dot(P0, P0), dot(C, C)[:, None]
-    b = C.T @ d - dot(d, P0)
-    LL = PP + CC - 2.0 * (C.T @ P0)
-    RR = (R * R)[:, None]
-    touched: Bools = b * b >= dd * (LL - RR - _PAD * (PP + CC + RR))
+    d, P0, length = beams.d[which], beams.P0[which], beams.length[which]
+    center, radius = C[:, primitives], R[primitives]
+    b = LL = size = np.zeros((len(which), 1))
+    for k in range(3):
+        L = center[k][:, None] - P0[:, k]
+        b = b + L * d[:, k]
+        LL = LL + L * L
+        size = size + (P0[:, k] * P0[:, k] + (center[k] * center[k])[:, None])
+    RR = (radius * radius)[:, None]
+    touched: Bools = b * b >= length * length * (LL - RR - PAD * (size + RR))
     return touched
-
-
-def _box_span(P0: Floats, inverse: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
-    """Where n lines enter and leave c boxes, (c, n): entry above exit where they miss."""
-    shape = lower.shape[1], P0.shape[1]
-    near, far = np.full(shape, -np.inf), np.full(shape, np.inf)
-    for start in range(0, shape[1], _NEARBY):
-        rays = slice(start, start + _NEARBY)
-        for k in range(3):
-            a = (lower[k, :, None] - P0[k, rays]) * inverse[k, rays]
-            b = (upper[k, :, None] - P0[k, rays]) * inverse[k, rays]
-            np.maximum(near[:, rays], np.minimum(a, b), out=near[:, rays])
-            np.minimum(far[:, rays], np.maximum(a, b), out=far[:, rays])
-    return near, far
-
-
-def reciprocal(d: Floats) -> Floats:
-    """1/d by component, finite where a component is zero."""
-    return 1.0 / np.where(np.abs(d) < _FLAT, np.copysign(_FLAT, d), d)
 
 
 def padding(P0: Floats, reach: float) -> float:
     """What boxes of that reach grow by for rays from P0 (3, n)."""
-    return _PAD * max(reach, float(np.abs(P0).max(initial=0.0)))
-
-
-def _beyond(t: Floats) -> Floats:
-    """t and a little more: parameters themselves carry a few roundings."""
-    return t + _PAD * np.abs(t)
+    return PAD * max(reach, float(np.fmax.reduce(np.abs(P0), axis=None, initial=0.0)))

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from minirt.bvh import reciprocal
 from minirt.explain_steps import Step, Value, number
 from minirt.scene import Facets, Scene, Sphere
 from minirt.shapes.sphere import sphere_quadratic
@@ -17,6 +16,8 @@ from minirt.whitted import Whitted
 
 #: Objects that are explained one by one; a ray seldom meets more boxes.
 MOST = 12
+#: Stands in for a component of a direction that is zero: any length divided by it is finite.
+_FLAT = 1e-250
 
 
 def candidate_steps(whitted: Whitted, P0: Floats, d: Floats, hits: Hits) -> Iterator[Step]:
@@ -40,7 +41,8 @@ def _boxes_met(scene: Scene, P0: Floats, d: Floats) -> Bools:
     """Whether the ray meets each object's bounding box, but for rounding."""
     boxes = [_box(thing) for thing in scene.objects]
     corners = np.array(boxes, dtype=np.float64).reshape(-1, 2, 3).transpose(1, 2, 0)
-    t = np.sort((corners - P0) * reciprocal(d), axis=0)
+    slowest = np.where(np.abs(d) < _FLAT, np.copysign(_FLAT, d), d)
+    t = np.sort((corners - P0) / slowest, axis=0)
     entry, leave = t[0].max(axis=0), t[1].min(axis=0)
     met: Bools = (entry <= leave) & (leave >= 0)
     return met

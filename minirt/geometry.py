@@ -11,7 +11,7 @@ import numpy as np
 
 from minirt.bvh import Patches, Tree, build
 from minirt.scene import Facets, Scene, Sphere
-from minirt.vectors import Floats, Ints, dot
+from minirt.vectors import Floats, Ints, cross, dot, norm
 
 
 class Kind(IntEnum):
@@ -50,14 +50,22 @@ class Triangles:
     @cached_property
     def tree(self) -> Tree:
         """Boxes around the triangles."""
-        return build(self.patches.lower, self.patches.upper)
+        lower = np.minimum(np.minimum(self.a, self.b), self.c)
+        return build(lower, np.maximum(np.maximum(self.a, self.b), self.c))
 
     @cached_property
     def patches(self) -> Patches:
-        """Their planes and boxes."""
-        lower = np.minimum(np.minimum(self.a, self.b), self.c)
-        upper = np.maximum(np.maximum(self.a, self.b), self.c)
-        return Patches(dot(self.a, self.N), self.N, lower, upper)
+        """Their planes, within their edges."""
+        N = _unit_or_zero(self.N)
+        sides, least = [], []
+        for start, end in ((self.a, self.b), (self.b, self.c), (self.c, self.a)):
+            side = _unit_or_zero(cross(N, end - start))
+            sides.append(side)
+            least.append(np.minimum(dot(side, start), dot(side, end)))
+        return Patches(
+            N.T.copy(), dot(self.a, N), np.stack(sides).transpose(2, 0, 1).copy(),
+            np.stack(least, axis=1),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,17 +76,15 @@ class Polygon:
     facets: Facets
 
     @property
-    def patch(self) -> Patches:
-        """Its plane, and a box that holds wherever that can be met.
+    def box(self) -> tuple[Floats, Floats]:
+        """Corners (3,) of a box that holds the polygon wherever its plane can be met.
 
         A polygon may be off its plane by 1e-9 of its size. At the angles at which culling trusts
         a crossing (sine above 2⁻⁸) that moves the crossing by 256 times as much at most.
         """
         low, high = self.facets.vertices.min(axis=0), self.facets.vertices.max(axis=0)
         slack = 1e-6 * (high - low).max()
-        p = self.facets.plane
-        offset = dot(self.facets.corners[0][:, :1], p)
-        return Patches(offset, p, (low - slack).reshape(3, 1), (high + slack).reshape(3, 1))
+        return low - slack, high + slack
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,13 +104,23 @@ class Geometry:
     @cached_property
     def polygon_tree(self) -> Tree:
         """Boxes around the polygons."""
-        return build(self.polygon_patches.lower, self.polygon_patches.upper, leaf=2)
+        lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
+        return build(np.stack(lower, axis=1), np.stack(upper, axis=1))
 
     @cached_property
     def polygon_patches(self) -> Patches:
-        """The polygons' planes and boxes."""
-        each = zip(*(vars(polygon.patch).values() for polygon in self.polygons), strict=True)
-        return Patches(*(np.concatenate(parts, axis=-1) for parts in each))
+        """The polygons' planes, within their boxes."""
+        lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
+        facets = [polygon.facets for polygon in self.polygons]
+        N = _unit_or_zero(np.concatenate([each.plane for each in facets], axis=1))
+        first = np.concatenate([each.corners[0][:, :1] for each in facets], axis=1)
+        axis = (np.argmax(np.abs(N), axis=0)[:, None] + [1, 2]) % 3
+        side = np.eye(3)[axis]
+        low, high = (np.take_along_axis(np.stack(ends), axis, axis=1) for ends in (lower, upper))
+        return Patches(
+            N.T.copy(), dot(first, N), np.concatenate((side, -side), axis=1),
+            np.concatenate((low, -high), axis=1),
+        )  # fmt: skip
 
     @classmethod
     def of(cls, scene: Scene) -> Geometry:
@@ -138,6 +154,11 @@ class Geometry:
 
 #: What was gathered, with its trees, for as long as its scene is there.
 _KNOWN: WeakKeyDictionary[Scene, Geometry] = WeakKeyDictionary()
+
+
+def _unit_or_zero(v: Floats) -> Floats:
+    length = norm(v)
+    return np.divide(v, length, where=length > 0, out=np.zeros_like(v))
 
 
 def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 
 import numpy as np
 
@@ -12,12 +13,13 @@ from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.screen import image_pixels
-from minirt.vectors import Floats, norm
+from minirt.vectors import Floats, Index, norm
 from minirt.version import __version__
 from minirt.whitted import Branch, Onward, Points, Whitted, refractive
 
-#: Pixels traced together: bounds the working memory whatever the image's size.
-TILE = 65_536
+#: Pixels along the side of the squares that are traced together: bounds the working memory
+#: whatever the image's size.
+SIDE = 256
 
 #: What a tile hands over beside the public quantities: see `Whitted.color`.
 SIGNATURE = "signature"
@@ -69,10 +71,12 @@ def render(
         got = type(progress).__name__
         raise InputError("not a function", where="progress", got=got, expected="f(done, total)")
     arrays = blank_frame(scene, names)
-    for start, stop, tile in tiles(whitted, names):
-        fill(arrays, start, stop, tile)
+    done = 0
+    for pixels, tile in tiles(whitted, names):
+        fill(arrays, pixels, tile)
+        done += len(pixels)
         if progress is not None:
-            progress(stop, scene.screen.nx * scene.screen.ny)
+            progress(done, scene.screen.nx * scene.screen.ny)
     return Frame(arrays, frame_meta(scene))
 
 
@@ -93,12 +97,11 @@ def blank_frame(scene: Scene, names: Iterable[str] = tuple(QUANTITIES)) -> dict[
         ) from None
 
 
-def fill(arrays: dict[str, Array], start: int, stop: int, tile: Tile) -> None:
-    """Put a tile's values, (n,) or (3, n), into the pixels start…stop−1 of each array."""
+def fill(arrays: dict[str, Array], pixels: Index, tile: Tile) -> None:
+    """Put a tile's values, (n,) or (3, n), into pixels (n,) of each array."""
     for name, array in arrays.items():
         components = QUANTITIES[name].components
-        pixels = array.reshape(-1, components)
-        pixels[start:stop] = tile[name].reshape(components, stop - start).T
+        array.reshape(-1, components)[pixels] = tile[name].reshape(components, len(pixels)).T
 
 
 def frame_meta(scene: Scene) -> dict[str, str]:
@@ -135,22 +138,41 @@ def chosen_quantities(names: str | Iterable[str] | None) -> tuple[str, ...]:
     return tuple(name for name in QUANTITIES if name in wanted)
 
 
-def tiles(whitted: Whitted, names: Iterable[str]) -> Iterator[tuple[int, int, Tile]]:
-    """Trace an image tile by tile: first pixel, one past the last, and arrays (n,) or (3, n).
+def tiles(whitted: Whitted, names: Iterable[str]) -> Iterator[tuple[Index, Tile]]:
+    """Trace an image tile by tile: the pixels (n,), and arrays (n,) or (3, n).
 
-    Pixels are counted along rows from the top left. `SIGNATURE` may be among the names.
+    Pixels are counted along rows from the top left; the tiles are square, and neighbours follow
+    each other. `SIGNATURE` may be among the names.
     """
     wanted = frozenset(names)
-    total = whitted.scene.screen.nx * whitted.scene.screen.ny
-    for start in range(0, total, TILE):
-        stop = min(start + TILE, total)
-        d = primary_directions(whitted.scene, whitted.rules, start, stop)
-        yield start, stop, trace_pixels(whitted, d, wanted)
+    screen = whitted.scene.screen
+    for pixels in squares(screen.nx, screen.ny):
+        d = primary_directions(whitted.scene, whitted.rules, pixels)
+        yield pixels, trace_pixels(whitted, d, wanted)
 
 
-def primary_directions(scene: Scene, rules: Rules, start: int, stop: int) -> Floats:
-    """d of the rays through some pixels' centres, (3, n) float64. Source: S1–S3, S5."""
-    i, j = image_pixels(scene.screen, start, stop)
+def squares(nx: int, ny: int) -> Iterator[Index]:
+    """The pixels of an image in square tiles, each in the order of a Z: (n,) intp."""
+    for top in range(0, ny, SIDE):
+        for left in range(0, nx, SIDE):
+            row, column = _curve(min(SIDE, ny - top), min(SIDE, nx - left))
+            yield (top + row) * nx + left + column
+
+
+@cache
+def _curve(height: int, width: int) -> tuple[Index, Index]:
+    """Rows and columns of a tile in blocks of 8 × 8, each in the order of a Z, and so its parts."""
+    row, column = np.divmod(np.arange(height * width), width)
+    within = np.zeros_like(row)
+    for bit in range(3):
+        within |= ((column >> bit & 1) << 2 * bit) | ((row >> bit & 1) << 2 * bit + 1)
+    order = np.lexsort((within, column >> 3, row >> 3))
+    return row[order], column[order]
+
+
+def primary_directions(scene: Scene, rules: Rules, pixels: Index) -> Floats:
+    """d (3, n) of the rays through the centres of pixels (n,). Source: S1–S3, S5."""
+    i, j = image_pixels(scene.screen, pixels)
     frame = rules.view_frame(scene.screen)
     u_s, v_s = rules.pixel_center(scene.screen, i, j)
     return rules.ray_direction(rules.model_from_view(frame, u_s, v_s))
@@ -160,22 +182,26 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
     """The wanted quantities of the rays from the observer along d (3, n)."""
     n, rules = d.shape[1], whitted.rules
     P0 = whitted.primary_origin(d)
-    length = norm(d)
     hits = whitted.primary_hits(P0, d)
-    points = whitted.points(P0, d, hits)
     tile: Tile = {
-        "ray": d / length,
         "hit": hits.object >= 0,
         "object": hits.object,
         "triangle": hits.triangle,
         "t": hits.t,
-        "depth": rules.depth_of(hits.t, whitted.scene.screen.nu),
-        "distance": rules.distance_of(hits.t, length),
-        "barycentric": np.stack((hits.beta, hits.gamma)),
-        "position": _scatter(points, points.M, n, "position"),
-        "normal": _scatter(points, points.normal, n, "normal"),
-        "alpha": _scatter(points, points.material.alpha, n, "alpha"),
     }
+    if wanted & _ALONG:
+        length = norm(d)
+        tile["ray"] = d / length
+        tile["depth"] = rules.depth_of(hits.t, whitted.scene.screen.nu)
+        tile["distance"] = rules.distance_of(hits.t, length)
+    if "barycentric" in wanted:
+        tile["barycentric"] = np.stack((hits.beta, hits.gamma))
+    if wanted <= _BEFORE_POINTS:
+        return tile
+    points = whitted.points(P0, d, hits)
+    tile["position"] = _scatter(points, points.M, n, "position")
+    tile["normal"] = _scatter(points, points.normal, n, "normal")
+    tile["alpha"] = _scatter(points, points.material.alpha, n, "alpha")
     colored = not wanted.isdisjoint({"color", SIGNATURE})
     dark = reflected = refracted = None
     if colored or "shadow" in wanted:
@@ -196,6 +222,9 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
     return tile
 
 
+_ALONG = {"ray", "depth", "distance"}
+#: What needs no surface points.
+_BEFORE_POINTS = {"hit", "object", "triangle", "t", "barycentric", *_ALONG}
 _REFLECTION = {"reflection", "reflection_object", "reflection_t"}
 _REFRACTION = {"refraction", "refraction_object", "refraction_t", "tir"}
 

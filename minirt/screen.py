@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minirt.vectors import Floats, column
+from minirt.vectors import Floats, Index, column
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,7 @@ def distance_of(t: Floats, d_length: Floats) -> Floats:
     return t * d_length
 
 
-def image_pixels(screen: VirtualScreen, start: int, stop: int) -> tuple[Floats, Floats]:
-    """Columns and slide rows (i, j) of the pixels start…stop−1 of an image read top row first."""
-    index = np.arange(start, stop)
-    row, column_ = np.divmod(index, screen.nx)
+def image_pixels(screen: VirtualScreen, pixels: Index) -> tuple[Floats, Floats]:
+    """Columns and slide rows (i, j) of pixels (n,), counted along rows from the top left."""
+    row, column_ = np.divmod(pixels, screen.nx)
     return column_.astype(np.float64), (screen.ny - 1 - row).astype(np.float64)

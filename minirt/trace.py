@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 
-from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, reciprocal, visit
+from minirt.beams import WHOLE, Beams, Rays
+from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, visit
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
@@ -17,7 +19,7 @@ from minirt.vectors import Bools, Floats, Index, Ints
 #: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
 _PAIRS = 65_536
 #: Pairs for which a kernel is called: enough to make a call's own cost small.
-_BATCH = 4_096
+_BATCH = 8_192
 #: A limit below every t: of a ray whose question is answered.
 _ANSWERED = -1e300
 #: Rules that decide what a ray meets: once replaced, they are asked about every pair.
@@ -93,7 +95,7 @@ def occluded(
 
 
 #: Finds the pairs that the kernel is to decide: their places among primitives and among rays.
-_Cull: TypeAlias = Callable[[Index, Index], tuple[Index, ...]]
+_Cull: TypeAlias = Callable[[Beams, Index, Index], Bools]
 #: Decides pairs of a ray and a primitive: a hit a pair.
 _Kernel: TypeAlias = Callable[[Index, Index], Hits]
 
@@ -108,13 +110,14 @@ class _Query:
     ) -> None:  # fmt: skip
         n = P0.shape[1]
         self.geometry, self.rules, self.P0, self.d = geometry, rules, P0, d
-        self.inverse = reciprocal(d)
         self.t0 = np.broadcast_to(np.asarray(t0, dtype=np.float64), (n,))
         self.t1 = np.broadcast_to(np.asarray(t1, dtype=np.float64), (n,))
         self.any_hit, self.later_than, self.earlier_than = any_hit, later_than, earlier_than
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
         self.limit = self.t1.copy()
+        #: Scratch: whose turn it is among the hits of a ray.
+        self.turn = np.empty(n, dtype=np.intp)
         #: Boxes hold the lecture's shapes only: a replaced rule is asked about every pair.
         self.culls = ASKED_OF_EVERY_PAIR.isdisjoint(rules.changed())
 
@@ -123,14 +126,14 @@ class _Query:
         if geometry.polygons:
             tree, patches = geometry.polygon_tree, geometry.polygon_patches
             objects = np.array([polygon.object for polygon in geometry.polygons])
-            self._walk(tree, self._near(patches, tree.reach), self._polygons, objects)
+            self._walk(tree, self._near(patches, tree), self._polygons, objects)
         if len(geometry.spheres.radius):
             spheres = geometry.spheres
             self._walk(spheres.tree, self._near_spheres, self._spheres, spheres.object)
         if len(geometry.triangles.object):
             tree, patches = geometry.triangles.tree, geometry.triangles.patches
             number, face = geometry.triangles.object, geometry.triangles.face
-            self._walk(tree, self._near(patches, tree.reach), self._triangles, number, face)
+            self._walk(tree, self._near(patches, tree), self._triangles, number, face)
         return self.best
 
     def _walk(
@@ -140,19 +143,20 @@ class _Query:
         batches = (
             self._culled(tree, cull, object_, face)
             if self.culls
-            else self._every_pair(len(tree.order))
+            else self._every_pair(len(object_))
         )
         for rays, which in batches:
             self._keep(rays, kernel(rays, which))
 
-    def _near(self, patches: Patches, reach: float) -> _Cull:
-        pad = padding(self.P0, reach)
-        return lambda rays, which: np.nonzero(
-            may_cross(
-                self.P0[:, rays], self.d[:, rays], patches.take(which), pad,
-                self.t0[rays], self.limit[rays],
-            )
-        )  # fmt: skip
+    def _near(self, patches: Patches, tree: Tree) -> _Cull:
+        pad = self._pad(tree)
+        return lambda beams, which, primitives: may_cross(
+            patches, beams, which, primitives, pad, self.limit
+        )
+
+    def _near_spheres(self, beams: Beams, which: Index, primitives: Index) -> Bools:
+        spheres = self.geometry.spheres
+        return may_touch(spheres.center, spheres.radius, beams, which, primitives)
 
     def _culled(
         self, tree: Tree, cull: _Cull, object_: Ints, face: Ints | None
@@ -163,14 +167,14 @@ class _Query:
         shortens the walk to the next.
         """
         waiting: list[tuple[Index, Index]] = []
-        size = 0
-        for rays, leaf in visit(tree, self.P0, self.inverse, self.t0, self.limit):
-            primitives = tree.order[leaf.start : leaf.stop]
-            step = max(1, _PAIRS // len(primitives))
-            for start in range(0, len(rays), step):
-                some = rays[start : start + step]
-                of, at = cull(some, primitives)
-                pairs = self._unless_passed_over(some[at], primitives[of], object_, face)
+        size, step = 0, _PAIRS // WHOLE
+        for beams, which, primitives in visit(tree, self.beams, self.limit, self._pad(tree)):
+            for start in range(0, len(which), step * WHOLE // beams.size):
+                some = slice(start, start + step * WHOLE // beams.size)
+                offered = np.flatnonzero(cull(beams, which[some], primitives[some]))
+                pair, at = np.divmod(offered, beams.size)
+                rays = beams.index[which[some][pair], at]
+                pairs = self._unless_passed_over(rays, primitives[some][pair], object_, face)
                 waiting.append(pairs)
                 size += len(pairs[0])
                 if size >= _BATCH:
@@ -178,6 +182,13 @@ class _Query:
                     waiting, size = [], 0
         if size:
             yield _joined(waiting)
+
+    @cached_property
+    def beams(self) -> list[Beams]:
+        return list(Rays(self.P0, self.d, self.t0).beams())
+
+    def _pad(self, tree: Tree) -> float:
+        return padding(self.P0, tree.reach)
 
     def _unless_passed_over(
         self, rays: Index, which: Index, object_: Ints, face: Ints | None
@@ -197,11 +208,6 @@ class _Query:
         for start in range(0, primitives, size):
             some = np.arange(start, min(primitives, start + size))
             yield np.repeat(every, len(some)), np.tile(some, len(every))
-
-    def _near_spheres(self, rays: Index, which: Index) -> tuple[Index, ...]:
-        spheres = self.geometry.spheres
-        C, R = spheres.center[:, which], spheres.radius[which]
-        return np.nonzero(may_touch(self.P0[:, rays], self.d[:, rays], C, R))
 
     def _spheres(self, rays: Index, which: Index) -> Hits:
         spheres, accept = self.geometry.spheres, self.rules.in_interval
@@ -246,17 +252,24 @@ class _Query:
             np.isfinite(found.t) & self._wanted(rays, found.object, found.triangle)
         )
         rays, found = rays[some], found.take(some)
-        order = np.lexsort((found.triangle, found.object, found.t, rays))
-        first = order[np.append(True, np.diff(rays[order]) > 0)[: len(order)]]
-        rays, found = rays[first], found.take(first)
-        best = self.best.take(rays)
+        while len(rays):  # one hit of each ray at a time
+            each = np.arange(len(rays))
+            self.turn[rays] = each
+            mine = self.turn[rays] == each
+            one, others = np.flatnonzero(mine), np.flatnonzero(~mine)
+            self._keep_one(rays[one], found.take(one))
+            rays, found = rays[others], found.take(others)
+
+    def _keep_one(self, rays: Index, found: Hits) -> None:
+        best = self.best
         better = np.flatnonzero(
             self.rules.closer(
-                found.t, found.object, found.triangle, best.t, best.object, best.triangle
+                found.t, found.object, found.triangle,
+                best.t[rays], best.object[rays], best.triangle[rays],
             )
-        )
+        )  # fmt: skip
         chosen, found = rays[better], found.take(better)
-        self.best.put(chosen, found)
+        best.put(chosen, found)
         self.limit[chosen] = _ANSWERED if self.any_hit else found.t
 
     def _wanted(self, rays: Index, o: Ints, f: Ints | None) -> Bools:

@@ -43,7 +43,7 @@ from minirt.render import (
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest
-from minirt.vectors import Bools, Floats, cross, dot, norm, unit
+from minirt.vectors import Bools, Floats, Index, cross, dot, norm, unit
 from minirt.whitted import Points, Whitted
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.surfaces import PerSurface, Surfaces, warp
@@ -112,11 +112,11 @@ class Exact:
     frame: Frame
     signature: Array
 
-    def tile(self, start: int, stop: int) -> Tile:
+    def tile(self, pixels: Index) -> Tile:
         """Some pixels' values, (n,) or (3, n), as `minirt.render.tiles` gives them."""
-        tile: Tile = {SIGNATURE: self.signature.reshape(-1)[start:stop]}
+        tile: Tile = {SIGNATURE: self.signature.reshape(-1)[pixels]}
         for name, array in self.frame.items():
-            flat = array.reshape(self.signature.size, -1)[start:stop]
+            flat = array.reshape(self.signature.size, -1)[pixels]
             tile[name] = flat[:, 0] if array.ndim == 2 else flat.T
         return tile
 
@@ -125,9 +125,9 @@ def exact_answer(scene: Scene) -> Exact:
     """Render every quantity of a scene, and the signature of each pixel."""
     arrays = blank_frame(scene)
     signature = np.zeros((scene.screen.ny, scene.screen.nx), dtype=np.uint64)
-    for start, stop, tile in tiles(Whitted(scene), {*arrays, SIGNATURE}):
-        fill(arrays, start, stop, tile)
-        signature.reshape(-1)[start:stop] = tile[SIGNATURE]
+    for pixels, tile in tiles(Whitted(scene), {*arrays, SIGNATURE}):
+        fill(arrays, pixels, tile)
+        signature.reshape(-1)[pixels] = tile[SIGNATURE]
     return Exact(scene, Frame(arrays, frame_meta(scene)), signature)
 
 
@@ -153,10 +153,10 @@ def stability_of(
     others = [Restarted(scene, declared)] if declared.start or declared.near else []
     others += [Displaced(scene, declared, surfaces.levers, k) for k in range(4)]
     for moved in zip(*(tiles(other, {*judged, *links}) for other in others), strict=True):
-        start, stop, _ = moved[0]
-        tile = exact.tile(start, stop)
+        pixels, _ = moved[0]
+        tile = exact.tile(pixels)
         bases = _bases(tile, declared, geometry, surfaces)
-        sink.judge(start, stop, tile, [other for _, _, other in moved], bases)
+        sink.judge(pixels, tile, [other for _, other in moved], bases)
     return Stability(sink.certain, sink.tolerance)
 
 
@@ -192,9 +192,7 @@ class _Sink:
         self.certain = {name: np.zeros(size, dtype=np.bool_) for name in chain}
         self.tolerance = {name: np.zeros(size) for name in chain if not QUANTITIES[name].discrete}
 
-    def judge(
-        self, start: int, stop: int, tile: Tile, moved: list[Tile], bases: dict[str, Floats]
-    ) -> None:
+    def judge(self, pixels: Index, tile: Tile, moved: list[Tile], bases: dict[str, Floats]) -> None:
         agree: dict[str, Bools] = {}
 
         def agreed(name: str) -> Bools:
@@ -204,14 +202,14 @@ class _Sink:
             return agree[name]
 
         for name, links in self.chain.items():
-            stable = np.ones(stop - start, dtype=np.bool_)
+            stable = np.ones(len(pixels), dtype=np.bool_)
             for link in links:
                 stable &= agreed(link)
-            self.certain[name].reshape(-1)[start:stop] = stable
+            self.certain[name].reshape(-1)[pixels] = stable
             if name in self.tolerance:
                 movement = _movement(tile[name], [other[name] for other in moved])
                 allowed = bases[name] + KAPPA * movement
-                self.tolerance[name].reshape(-1)[start:stop] = allowed
+                self.tolerance[name].reshape(-1)[pixels] = allowed
 
 
 class Restarted(Whitted):

@@ -88,7 +88,7 @@ def cpp_test(scene: Scene, trial: Trial, about: str) -> str:
     screen, pixel = scene.screen, (trial.row, trial.column)
     quantity = QUANTITIES[trial.quantity or "t"]
     index = trial.row * screen.nx + trial.column
-    d = primary_directions(scene, SLIDES, index, index + 1)[:, 0]
+    d = primary_directions(scene, SLIDES, np.array([index]))[:, 0]
     value = np.resize(np.append(_value(frame, quantity.name, pixel), [math.nan] * 3), 3)
     return _TEXT % {
         "about": about.replace("\\", "/").replace("??", "? ?"),

@@ -155,7 +155,7 @@ def test_a_centred_screen_is_the_camera_exactly(name: str) -> None:
     scene = atlas(name)
     screen = scene.screen
     matrix, width, height = camera_of(document_of(gltf_bytes(scene)))
-    d = unit(primary_directions(scene, SLIDES, 0, screen.nx * screen.ny))
+    d = unit(primary_directions(scene, SLIDES, np.arange(screen.nx * screen.ny)))
     frame = np.array([screen.u, screen.v, screen.n])
     mirrored = np.linalg.det(frame) * screen.nu > 0
     assert mirrored == (name == "positive-nu")

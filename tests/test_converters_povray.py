@@ -69,7 +69,7 @@ def test_the_camera_draws_through_the_same_pixel_centres(name: str) -> None:
     s = loaded.screen
     lines = camera(loaded, povray_placement(loaded)).splitlines()
     _, direction, right, up = (np.array(vectors(line)[0]) for line in lines[2:6])
-    i, j = image_pixels(s, 0, s.nx * s.ny)
+    i, j = image_pixels(s, np.arange(s.nx * s.ny))
     x, y = (i + 0.5) / s.nx - 0.5, (j + 0.5) / s.ny - 0.5
     theirs = direction[:, None] + x * right[:, None] + y * up[:, None]
     ours = model_from_view(view_frame(s), *pixel_center(s, i, j))

@@ -72,7 +72,7 @@ def test_camera_puts_every_ray_at_the_centre_of_its_pixel(screen: dict[str, Any]
     """OpenGL's own projection, x = cx − fx·X/Z from the left, y = cy + fy·Y/Z from the top."""
     whole = PyrenderScene(scene(ball(0, 0, 0), screen=screen))
     view = whole.scene.screen
-    d = primary_directions(whole.scene, SLIDES, 0, view.nx * view.ny)
+    d = primary_directions(whole.scene, SLIDES, np.arange(view.nx * view.ny))
     x, y, z = whole.points((column(view.P0) + 3 * d).T).T
     camera = whole.camera
     row, col = np.divmod(np.arange(view.nx * view.ny), view.nx)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.bvh import reciprocal, visit
+from minirt.beams import Rays
+from minirt.bvh import visit
 from minirt.every_hit import every_hit
 from minirt.geometry import Geometry
 from minirt.rules import SLIDES, in_interval
@@ -212,14 +213,14 @@ def test_nearest_is_the_first_of_all_hits(family: str) -> None:
 
 
 def test_many_rays_meet_few_boxes() -> None:
-    """That the boxes cull at all: a leaf is asked about a small part of the rays."""
+    """That the boxes cull at all: a primitive is offered to a small part of the rays."""
     rng = np.random.default_rng(25)
     scene = _scene([_sphere(rng.uniform(-2, 2, 3), 0.02) for _ in range(500)])
     spheres = Geometry.of(scene).spheres
-    P0, d, limit = np.zeros((3, 2000)), rng.normal(size=(3, 2000)), np.full(2000, np.inf)
+    rays = Rays(np.zeros((3, 2000)), rng.normal(size=(3, 2000)), np.zeros(2000))
     asked = sum(
-        len(rays) * (leaf.stop - leaf.start)
-        for rays, leaf in visit(spheres.tree, P0, reciprocal(d), np.zeros(2000), limit)
+        beams.size * len(primitives)
+        for beams, _, primitives in visit(spheres.tree, rays.beams(), np.full(2000, np.inf), 0.0)
     )
     assert 0 < asked < 0.1 * 500 * 2000
 

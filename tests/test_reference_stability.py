@@ -88,8 +88,8 @@ class Sloppy(Whitted):
 
 def rendered_by(whitted: Whitted) -> Frame:
     frame = blank_frame(whitted.scene)
-    for start, stop, tile in tiles(whitted, frame):
-        fill(frame, start, stop, tile)
+    for pixels, tile in tiles(whitted, frame):
+        fill(frame, pixels, tile)
     return Frame(frame)
 
 

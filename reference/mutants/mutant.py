@@ -9,10 +9,18 @@ import numpy as np
 
 from minirt.frame import Frame
 from minirt.quantities import Stage
-from minirt.render import Tile, blank_frame, chosen_quantities, fill, frame_meta, trace_pixels
+from minirt.render import (
+    Tile,
+    blank_frame,
+    chosen_quantities,
+    fill,
+    frame_meta,
+    primary_directions,
+    trace_pixels,
+)
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
-from minirt.vectors import Floats, Index
+from minirt.vectors import Index
 from minirt.whitted import Whitted
 
 #: What becomes of some pixels' values before they are handed over: (n,) or (3, n) each. Only of
@@ -61,7 +69,8 @@ class Mutant:
         names = chosen_quantities(quantities)
         count = scene.screen.nx * scene.screen.ny
         arrays = blank_frame(scene, names)
-        fill(arrays, 0, count, self.trace(scene, np.arange(count), names))
+        pixels = np.arange(count)
+        fill(arrays, pixels, self.trace(scene, pixels, names))
         return Frame(arrays, frame_meta(scene))
 
     def trace(self, scene: Scene, pixels: Index, quantities: Iterable[str]) -> Tile:
@@ -80,19 +89,10 @@ class Mutant:
         """
         names = tuple(quantities)
         whitted = Whitted(self.scene(scene), self.rules)
-        d = directions(whitted, pixels)
+        d = primary_directions(whitted.scene, whitted.rules, pixels)
         with np.errstate(all="ignore"):  # a wrong rule may overflow, which is its own mistake
             tile = trace_pixels(whitted, d, frozenset((*names, *_ALWAYS)))
         tile = {name: tile[name] for name in {*names, *_ALWAYS}}
         if self.change is not None:
             tile = tile | self.change(scene, pixels, tile)
         return {name: tile[name] for name in names}
-
-
-def directions(whitted: Whitted, pixels: Index) -> Floats:
-    """d (3, n) of the rays through some pixels' centres. Source: S1–S3, S5."""
-    screen, rules = whitted.scene.screen, whitted.rules
-    row, column = np.divmod(pixels, screen.nx)
-    i, j = column.astype(np.float64), (screen.ny - 1 - row).astype(np.float64)
-    u_s, v_s = rules.pixel_center(screen, i, j)
-    return rules.ray_direction(rules.model_from_view(rules.view_frame(screen), u_s, v_s))

@@ -65,7 +65,7 @@ def engine_here() -> type[Engine]:
 def _arrays(scene: Scene, world: World) -> dict[str, Values]:
     """Every quantity of the frame."""
     placement, screen = world.placement, scene.screen
-    d = unit(primary_directions(scene, SLIDES, 0, screen.nx * screen.ny))
+    d = unit(primary_directions(scene, SLIDES, np.arange(screen.nx * screen.ny)))
     P0 = np.broadcast_to(column(placement.points(np.array(screen.P0))), d.shape)
     found = world.first_hits(P0, d)
     hit = found.object >= 0

@@ -108,7 +108,7 @@ def color_faults(scene: Scene) -> list[str]:
 def _pixel_positions(scene: Scene) -> tuple[Floats, Floats]:
     """Centres of the pixels in [0, 1]² from the upper left corner, top row first."""
     screen = scene.screen
-    i, j = image_pixels(screen, 0, screen.nx * screen.ny)
+    i, j = image_pixels(screen, np.arange(screen.nx * screen.ny))
     return (i + 0.5) / screen.nx, (screen.ny - 0.5 - j) / screen.ny
 
 

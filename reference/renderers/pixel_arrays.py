@@ -70,5 +70,5 @@ def indexed(scene: Scene, number: Ints) -> Bools:
 
 def direction_lengths(screen: VirtualScreen) -> Floats:
     """‖d‖ of every pixel's ray, (ny·nx,) float64, top row first: t is distance over this."""
-    u_s, v_s = pixel_center(screen, *image_pixels(screen, 0, screen.nx * screen.ny))
+    u_s, v_s = pixel_center(screen, *image_pixels(screen, np.arange(screen.nx * screen.ny)))
     return np.sqrt(u_s * u_s + v_s * v_s + screen.nu * screen.nu)

@@ -34,7 +34,7 @@ def media_fault(scene: Scene, bodies: tuple[Body, ...]) -> str | None:
     follower = _Follower(scene, bodies)
     screen = scene.screen
     for start in range(0, screen.nx * screen.ny, _BLOCK):
-        pixels = image_pixels(screen, start, min(start + _BLOCK, screen.nx * screen.ny))
+        pixels = image_pixels(screen, np.arange(start, min(start + _BLOCK, screen.nx * screen.ny)))
         d = model_from_view(view_frame(screen), *pixel_center(screen, *pixels))
         origin = follower.whitted.primary_origin(d)
         points = follower.whitted.points(origin, d, follower.whitted.first_hits(origin, d))

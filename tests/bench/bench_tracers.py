@@ -69,7 +69,7 @@ def _plain_loop(scene: Scene, rays: int) -> Callable[[], Floats | None]:
     triangles = np.concatenate([np.zeros((0, 3, 3)), *soup])
 
     def trace() -> Floats:
-        d = primary_directions(scene, SLIDES, *some(scene, rays)).T
+        d = primary_directions(scene, SLIDES, np.arange(*some(scene, rays))).T
         best = np.full(rays, np.inf)
         a = (d * d).sum(axis=1)
         for ball in balls:
@@ -105,7 +105,9 @@ def _trimesh(engine: str) -> Callable[[Scene, int], Callable[[], Floats | None]]
         P0 = np.array(scene.screen.P0)
 
         def trace() -> Floats:
-            d = np.ascontiguousarray(primary_directions(scene, SLIDES, *some(scene, rays)).T)
+            d = np.ascontiguousarray(
+                primary_directions(scene, SLIDES, np.arange(*some(scene, rays))).T
+            )
             origins = np.broadcast_to(P0, d.shape)
             points, ray, _ = tracer.intersects_location(origins, d, multiple_hits=False)
             t = np.full(rays, np.inf)
@@ -131,7 +133,7 @@ def _raysect(scene: Scene, rays: int) -> Callable[[], Floats | None]:
 
     def trace() -> Floats:
         t = np.full(rays, np.inf)
-        for k, d in enumerate(primary_directions(scene, SLIDES, *some(scene, rays)).T):
+        for k, d in enumerate(primary_directions(scene, SLIDES, np.arange(*some(scene, rays))).T):
             hit = world.hit(core.Ray(origin, core.Vector3D(*d)))
             if hit is not None:
                 t[k] = hit.ray_distance

@@ -1,0 +1,191 @@
+"""Beams: consecutive rays, bounded together, so that all of them are known to miss a box."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from minirt.vectors import Bools, Floats, Index
+
+#: Rays of a whole beam, and the number of parts that it is divided into.
+WHOLE, PARTS = 64, 4
+#: Boxes and limits grow by this share of the largest number in play: some 4,000 times its rounding.
+PAD = 2.0**-40
+#: Pairs of a beam and a box whose numbers stay in a processor's nearest caches.
+_NEARBY = 16_384
+#: Slopes beyond which a beam is too wide to be told from all of space.
+_WIDE = 16.0
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """n rays P0 + t·d, t ≥ t0; neighbours should follow each other.
+
+    Attributes
+    ----------
+    P0, d : (3, n) float64
+    t0 : (n,) float64
+    """
+
+    P0: Floats
+    d: Floats
+    t0: Floats
+
+    def beams(self) -> Iterator[Beams]:
+        """All of them: in whole beams where they keep together, in parts of such where not."""
+        n, size = self.P0.shape[1], WHOLE
+        first = np.arange(0, n, size)
+        while len(first):
+            beams = Beams(self, first, size)
+            together = beams.together
+            if together.all() or size == 1:
+                yield beams
+                return
+            if together.any():
+                yield Beams(self, first[together], size)
+            first = _parts(first[~together], size)
+            first, size = first[first < n], size // PARTS
+
+
+class Beams:
+    """b beams of s consecutive rays each; the last ray stands in for those beyond it.
+
+    A beam has a main axis, along which all of its rays advance one way. At a distance x along that
+    axis a ray is at P + x·slope in the two others; a beam holds whatever its P and slopes span.
+
+    Parameters
+    ----------
+    rays : Rays
+    first : (b,) intp
+        Each beam's first ray.
+    size : int
+        s.
+
+    Attributes
+    ----------
+    index : (b, s) intp
+        Numbers of the rays.
+    P0, d : (b, 3, s) float64
+        A last axis of 1 says that all rays have the same.
+    t0 : (b, s) float64
+    together : (b,) bool
+        Whether the rays of a beam keep so close together that `meet` can tell boxes that they
+        miss. Of a single ray that does not, which has no direction, it says that all are missed.
+    """
+
+    def __init__(self, rays: Rays, first: Index, size: int) -> None:
+        self.size, self._rays, self._first = size, rays, first
+        self.index = np.minimum(first[:, None] + np.arange(size), rays.P0.shape[1] - 1)
+        self.P0, self.d = _of(rays.P0, self.index), _of(rays.d, self.index)
+        self.t0 = rays.t0[self.index]
+        slow, fast = self.d.min(axis=2), self.d.max(axis=2)
+        low, high = self.P0.min(axis=2), self.P0.max(axis=2)
+        speed = np.where(slow > 0, slow, np.where(fast < 0, -fast, 0.0))
+        beam, main = np.arange(len(first)), np.argmax(speed, axis=1)
+        forward = slow[beam, main] > 0
+        self._slowest = speed[beam, main]
+        self._fastest = np.where(forward, fast[beam, main], -slow[beam, main])
+        self._enter, self._leave = np.where(forward, (main, main + 3), (main + 3, main))
+        self._low = np.where(forward, low[beam, main], -high[beam, main])
+        self._high = np.where(forward, high[beam, main], -low[beam, main])
+        start = self.t0.min(axis=1)
+        start = start - PAD * np.abs(start)
+        self._start = np.minimum(start * self._slowest, start * self._fastest)
+        self._ahead = bool((self._start >= 0).all())
+        step = np.abs(self.d[beam, main])
+        self._aside = []
+        together = (self._slowest > 0) & np.isfinite(low - high).all(axis=1)
+        for axis in ((main + 1) % 3, (main + 2) % 3):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # not together
+                slope = self.d[beam, axis] / step
+            least, most = slope.min(axis=1), slope.max(axis=1)
+            together &= (least > -_WIDE) & (most < _WIDE)
+            self._aside.append((axis, low[beam, axis], high[beam, axis], least, most))
+        self.together: Bools = together
+
+    def __len__(self) -> int:
+        return len(self._first)
+
+    @cached_property
+    def length(self) -> Floats:
+        """‖d‖, (b, s) or (b, 1)."""
+        squares: Floats = np.einsum("bks,bks->bs", self.d, self.d)
+        return np.sqrt(squares)
+
+    def divided(self, index: Index) -> Beams:
+        """Some of them, each in its parts, which follow each other."""
+        return Beams(self._rays, _parts(self._first[index], self.size), self.size // PARTS)
+
+    def latest(self, limit: Floats) -> Floats:
+        """The largest limit (n,) of t in each beam, and a little more, (b,)."""
+        t: Floats = limit[self.index].max(axis=1)
+        return t + PAD * np.abs(t)
+
+    def meet(self, which: Index, boxes: Floats, nodes: Index, latest: Floats, pad: float) -> Floats:
+        """The least t at which beams may be in the boxes of nodes, +inf where not by t = latest.
+
+        Parameters
+        ----------
+        which, nodes : (p,) intp
+            Numbers of beams and of nodes, pair by pair.
+        boxes : (n, 6, c) float64
+            Of each node's children: lower corners and, negated, upper ones.
+        latest : (b,) float64
+        pad : float
+            What boxes grow by.
+
+        Returns
+        -------
+        (c, p) float64
+        """
+        planes = boxes.reshape(-1, boxes.shape[2])
+        near = np.empty((boxes.shape[2], len(which)))
+        step = max(1, _NEARBY // boxes.shape[2])
+        for start in range(0, len(which), step):
+            some = slice(start, start + step)
+            with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # not together
+                self._meet(which[some], planes, 6 * nodes[some], latest, pad, near[:, some])
+        return near
+
+    def _meet(
+        self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
+    ) -> None:
+        """`meet` for few pairs, into near (c, p)."""
+        slowest, fastest, last = self._slowest[which], self._fastest[which], latest[which]
+        x0, x1, lower, upper, other = np.empty((5, *near.shape))
+        enter, leave = (base + plane[which] for plane in (self._enter, self._leave))
+        np.subtract(planes.take(enter, axis=0).T, self._high[which] + pad, out=x0)
+        np.maximum(x0, self._start[which], out=x0)
+        np.subtract(pad - self._low[which], planes.take(leave, axis=0).T, out=x1)
+        np.minimum(x1, np.maximum(last * slowest, last * fastest) + pad, out=x1)
+        meets = x0 <= x1
+        for axis, low, high, least, most in self._aside:
+            k = base + axis[which]
+            s, e = least[which], most[which]
+            np.multiply(s, x0, out=lower)
+            np.minimum(lower, np.multiply(s, x1, out=other), out=lower)
+            np.multiply(e, x0, out=upper)
+            np.maximum(upper, np.multiply(e, x1, out=other), out=upper)
+            if not self._ahead:  # where x < 0, steep slopes lead down
+                np.minimum(lower, np.minimum(e * x0, e * x1), out=lower)
+                np.maximum(upper, np.maximum(s * x0, s * x1), out=upper)
+            lower += planes.take(k + 3, axis=0).T
+            meets &= lower <= pad - low[which]
+            upper -= planes.take(k, axis=0).T
+            meets &= upper >= -pad - high[which]
+        np.minimum(x0 / slowest, x0 / fastest, out=near)
+        near[~meets] = np.inf
+
+
+def _parts(first: Index, size: int) -> Index:
+    return (first[:, None] + size // PARTS * np.arange(PARTS)).ravel()
+
+
+def _of(vectors: Floats, index: Index) -> Floats:
+    """Vectors (3, n) of rays (b, s), as (b, 3, s); as (b, 3, 1) where all are one."""
+    if vectors.strides[1] == 0:
+        return np.broadcast_to(vectors[:, :1], (len(index), 3, 1))
+    return np.ascontiguousarray(vectors[:, index].transpose(1, 0, 2))
