@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
@@ -21,7 +22,13 @@ class _Tight(PackageLoader):
 
 def template(name: str) -> Template:
     """A template whose gaps take any text: markup and control characters do nothing."""
-    environment = Environment(
+    return _environment().get_template(name)
+
+
+@cache
+def _environment() -> Environment:
+    """One a process: what it compiles it keeps."""
+    return Environment(
         loader=_Tight("reports"),
         autoescape=True,
         undefined=StrictUndefined,
@@ -29,4 +36,3 @@ def template(name: str) -> Template:
         lstrip_blocks=True,
         finalize=lambda value: plain(value) if type(value) is str else value,
     )
-    return environment.get_template(name)
