@@ -24,7 +24,7 @@ from test_reports_history_report import page_of
 
 from minirt.errors import InputError
 from minirt.quantities import STAGES
-from minirt.scene import Scene
+from minirt.scene import Scene, load_scene
 from reference import registry
 from reference.fuzz.hunt import Hunt
 from reference.mutants.floor import Floor
@@ -45,8 +45,9 @@ HERE = origin.provenance()
 
 
 @cache
-def compared(scenes: tuple[Scene, ...], references: tuple[Reference, ...]) -> Run:
-    return run_of(scenes, references)
+def compared(scenes: tuple[str, ...], references: tuple[Reference, ...]) -> Run:
+    """The run of scenes, each given as its text: the same ones are compared once."""
+    return run_of([load_scene(json.loads(text)) for text in scenes], references)
 
 
 @pytest.fixture
@@ -58,7 +59,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         scenes: Sequence[Scene], references: Sequence[Reference], folder: Path, *_: Any, **more: Any
     ) -> None:
         done.append("verify")
-        made = compared(tuple(scenes), tuple(references))
+        made = compared(tuple(scene.canonical_json for scene in scenes), tuple(references))
         stamp = replace(made.provenance, commit=origin.provenance().commit)
         runs.write_reports(
             replace(made, folder=folder, before=more["before"], provenance=stamp, seconds=len(done))
