@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import minirt
 from minirt.quantities import QUANTITIES
 from minirt.schema import key_names
@@ -41,14 +43,24 @@ COMMANDS = [
 ]
 
 
-def test_the_commands_run_in_their_order(tmp_path: Path) -> None:
+def test_the_commands_run_in_their_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
     for command in COMMANDS:
-        words = command.split()
-        done = subprocess.run(
-            [str(Path(sys.executable).with_name(words[0])), *words[1:]],
-            cwd=tmp_path, capture_output=True, text=True, timeout=300,
-        )  # fmt: skip
-        assert done.returncode == 0, (command, done.stderr)
+        status = run(command.split()[1:])
+        assert status == 0, (command, capfd.readouterr().err)
+
+
+def test_the_command_is_on_the_path_of_the_environment(tmp_path: Path) -> None:
+    """As the README calls it; the other commands need no process of their own to be tried."""
+    words = COMMANDS[0].split()
+    done = subprocess.run(
+        [str(Path(sys.executable).with_name(words[0])), *words[1:]],
+        cwd=tmp_path, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
 
 
 def test_the_commands_are_all_there() -> None:
