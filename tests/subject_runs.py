@@ -7,6 +7,7 @@ import math
 import shutil
 import subprocess
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.compare import Comparison, compare
 from reference.source import Declared
-from reference.stability import exact_answer, stability_of
+from reference.stability import Exact, Stability, exact_answer, stability_of
 
 ROOT = Path(__file__).resolve().parents[1]
 SUBJECTS = ROOT / "tests" / "subjects"
@@ -47,9 +48,22 @@ def frame_of(command: Sequence[str | Path], scene: Scene, out: Path) -> Frame:
 
 def judge(scene: Scene, frame: Frame, single: bool = False) -> Comparison:
     """The verdict on a tracer that computes in double; `single` where its files are float32."""
-    exact = exact_answer(scene)
+    exact, stability = measured(scene, single)
+    return compare(scene, exact.frame, stability, frame, {})
+
+
+@cache
+def answered(scene: Scene) -> Exact:
+    """minirt's answer: one for all programs that are given the same scene."""
+    return exact_answer(scene)
+
+
+@cache
+def measured(scene: Scene, single: bool) -> tuple[Exact, Stability]:
+    """minirt's answer and how stable it is under the errors of such a tracer."""
+    exact = answered(scene)
     error = declared(scene, float32_steps(exact.frame) if single else ())
-    return compare(scene, exact.frame, stability_of(exact, error), frame, {})
+    return exact, stability_of(exact, error)
 
 
 def declared(scene: Scene, steps: tuple[tuple[str, float], ...]) -> Declared:

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ SCENES = (
 Command = list[str | Path]
 
 
+@cache
 def small(name: str) -> Scene:
     """A scene of the atlas in a sixteenth of its pixels."""
     document = minirt.load_scene(f"atlas:{name}").to_dict()
