@@ -9,9 +9,9 @@ import pytest
 from postgres_server import Server, running
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def server() -> Iterator[Server]:
-    """A PostgreSQL of the tests' own."""
+    """A PostgreSQL of the tests' own: each that wants a database asks it for a fresh one."""
     with running() as found:
         yield found
 
