@@ -11,6 +11,9 @@ READY := $(VENV)/.installed-minirt
 TESTABLE := $(VENV)/.installed-for-tests
 UV := uv==0.13.9
 
+# The tests start hundreds of short Python processes: our modules are compiled once, not in each.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help verify test bench setup format lock clean again
 .DELETE_ON_ERROR:
