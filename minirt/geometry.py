@@ -10,8 +10,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from minirt.bvh import Patches, Tree, build
+from minirt.memory import require_memory
 from minirt.scene import Facets, Scene, Sphere
 from minirt.vectors import Floats, Ints, cross, dot, norm
+
+#: Bytes that a triangle takes, most of them in its tree and while that is built; measured.
+_EACH = 450
 
 
 class Kind(IntEnum):
@@ -148,6 +152,7 @@ class Geometry:
                 place.append((Kind.TRIANGLES, faces))
                 flat.append((index, thing))
                 faces += len(thing.faces)
+        require_memory(_EACH * faces, f"{scene.name}: {faces:,} triangles")
         kind, first = np.array(place, dtype=np.int32).reshape(-1, 2).T
         return cls(_spheres(spheres), _triangles(flat), tuple(polygons), kind, first)
 

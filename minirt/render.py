@@ -9,6 +9,7 @@ import numpy as np
 
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
+from minirt.memory import require_memory
 from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
@@ -89,12 +90,10 @@ def blank_frame(scene: Scene, names: Iterable[str] = tuple(QUANTITIES)) -> dict[
         If they do not fit in memory.
     """
     ny, nx = scene.screen.ny, scene.screen.nx
-    try:
-        return {name: QUANTITIES[name].missing(ny, nx) for name in names}
-    except MemoryError:
-        raise InputError(
-            "the image does not fit in memory", got=f"{nx} × {ny} of {', '.join(names)}"
-        ) from None
+    each = [QUANTITIES[name] for name in names]
+    bytes_ = sum(q.components * np.dtype(q.dtype).itemsize for q in each) * nx * ny
+    require_memory(bytes_, f"{scene.name}: {nx} × {ny} pixels of {', '.join(names)}")
+    return {q.name: q.missing(ny, nx) for q in each}
 
 
 def fill(arrays: dict[str, Array], pixels: Index, tile: Tile) -> None:

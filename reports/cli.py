@@ -154,6 +154,9 @@ def _failed(error: Exception, as_json: bool) -> int:
     if isinstance(error, OSError):
         text = f"the system refuses: {error}"
         return _say(plain(text), {"what": text}, "", 2, as_json)
+    if isinstance(error, MemoryError):
+        text = f"the memory is used up: {error}"
+        return _say(plain(text), {"what": text}, "", 2, as_json)
     text = f"a mistake in minirt itself: {type(error).__name__}: {error}"
     hint = "MINIRT_DEBUG=1 shows where; please report it"
     return _say(plain(text), {"what": text}, hint, 3, as_json)

@@ -190,7 +190,7 @@ def test_an_image_that_does_not_fit_in_memory_is_one_clear_error() -> None:
     limit = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (6 * 10**9, limit[1]))  # rays alone take 6.4e9
     try:
-        with pytest.raises(InputError, match="the image does not fit in memory"):
+        with pytest.raises(InputError, match="pixels of ray: not enough memory"):
             minirt.render(scene, quantities=["ray"])
     finally:
         resource.setrlimit(resource.RLIMIT_AS, limit)
