@@ -13,6 +13,7 @@ from concurrent.futures import TimeoutError as JobTimeout
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
+from multiprocessing import forkserver
 from multiprocessing.context import BaseContext
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
@@ -121,8 +122,15 @@ def _death(exitcode: int | None) -> str:
     return f"the process ended with status {0 if exitcode == _SILENT else exitcode}"
 
 
+def get_ready(*modules: str) -> None:
+    """Begin to import modules in the process that jobs are forked from, while this one goes on."""
+    context = _context(modules)
+    if context.get_start_method() == "forkserver":
+        forkserver.ensure_running()
+
+
 @cache
-def _context() -> BaseContext:
+def _context(beside: tuple[str, ...] = ()) -> BaseContext:
     """Processes forked from one that has imported what of ours this one has, and nothing else.
 
     It has run no job, holds no renderer's library and has no threads: its forks start as clean as
@@ -132,7 +140,7 @@ def _context() -> BaseContext:
     if len(os.fsencode(gettempdir())) > _LONGEST:
         return multiprocessing.get_context("spawn")
     ours = [name for name in sys.modules if name.partition(".")[0] in _OURS]
-    multiprocessing.set_forkserver_preload([*ours, "reference.ends_with_starter"])
+    multiprocessing.set_forkserver_preload([*beside, *ours, "reference.ends_with_starter"])
     return multiprocessing.get_context("forkserver")
 
 

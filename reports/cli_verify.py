@@ -56,6 +56,9 @@ def verify(
 
     Renders every scene here and there, compares every quantity and leaves a report.
     """
+    from reference.isolate import get_ready
+
+    get_ready("reports.run")
     from reports.choice import cache_unless, chosen_scenes
     from reports.kills import read_kills
     from reports.record import results_document
