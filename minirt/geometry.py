@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
@@ -12,10 +13,14 @@ import numpy as np
 from minirt.bvh import Patches, Tree, build
 from minirt.memory import require_memory
 from minirt.scene import Facets, Scene, Sphere
-from minirt.vectors import Floats, Ints, cross, dot, norm
+from minirt.vectors import Floats, Index, Ints, cross, dot, norm
 
 #: Bytes that a triangle takes, most of them in its tree and while that is built; measured.
 _EACH = 450
+
+
+#: Triangles of a fan that are handed over with each ray anew.
+_FEW = 8
 
 
 class Kind(IntEnum):
@@ -92,6 +97,42 @@ class Polygon:
 
 
 @dataclass(frozen=True, eq=False)
+class Fans:
+    """k polygons of as many vertices, side by side.
+
+    Attributes
+    ----------
+    place : (polygons,) intp
+        Where each of the scene's polygons stands here; −1 for those of other numbers of vertices.
+    object : (k,) int32
+    corners : three (3, m − 2, k) float64
+        The triangles of their fans.
+    normals : (3, m − 2, k) float64
+    plane : (3, k) float64
+        Their normals p.
+    """
+
+    place: Index
+    object: Ints
+    corners: tuple[Floats, Floats, Floats]
+    normals: Floats
+    plane: Floats
+
+    @classmethod
+    def of(cls, polygons: Sequence[Polygon], chosen: Index) -> Fans:
+        """Some of the polygons."""
+        place = np.full(len(polygons), -1, dtype=np.intp)
+        place[chosen] = np.arange(len(chosen))
+        facets = [polygons[k].facets for k in chosen]
+        a, b, c = (np.stack([each.corners[k] for each in facets], axis=2) for k in range(3))
+        return cls(
+            place, np.array([polygons[k].object for k in chosen], dtype=np.int32), (a, b, c),
+            np.stack([each.edge_normals for each in facets], axis=2),
+            np.concatenate([each.plane for each in facets], axis=1),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
 class Geometry:
     """What the rays of one scene can meet.
 
@@ -104,6 +145,14 @@ class Geometry:
     polygons: tuple[Polygon, ...]
     kind: Ints
     first: Ints
+
+    @cached_property
+    def fans(self) -> tuple[Fans, ...]:
+        """The polygons: those of as many vertices together, if they are few, the others alone."""
+        counts = np.array([len(polygon.facets.faces) for polygon in self.polygons])
+        kind = np.where(counts <= _FEW, counts, _FEW + 1 + np.arange(len(counts)))
+        alike = (np.flatnonzero(kind == k) for k in np.unique(kind))
+        return tuple(Fans.of(self.polygons, chosen) for chosen in alike)
 
     @cached_property
     def polygon_tree(self) -> Tree:

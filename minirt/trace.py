@@ -11,7 +11,7 @@ import numpy as np
 
 from minirt.beams import WHOLE, Beams, Rays
 from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, visit
-from minirt.geometry import Geometry, Polygon
+from minirt.geometry import Fans, Geometry
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Bools, Floats, Index, Ints
@@ -231,20 +231,23 @@ class _Query:
 
     def _polygons(self, rays: Index, which: Index) -> Hits:
         found = Hits.none(rays.shape)
-        for number in np.unique(which):
-            some = np.flatnonzero(which == number)
-            found.put(some, self._polygon(rays[some], self.geometry.polygons[number]))
+        for fans in self.geometry.fans:
+            some = np.flatnonzero(fans.place[which] >= 0)
+            if len(some):
+                found.put(some, self._polygons_alike(rays[some], fans, fans.place[which[some]]))
         return found
 
-    def _polygon(self, rays: Index, polygon: Polygon) -> Hits:
-        facets = polygon.facets
+    def _polygons_alike(self, rays: Index, fans: Fans, which: Index) -> Hits:
+        """Pairs of a ray and a polygon, all with as many vertices."""
+        of = which if len(fans.object) > 1 else slice(None)
+        a, b, c, N = (v[:, :, of] for v in (*fans.corners, fans.normals))
         met = self.rules.polygon(
-            self.P0[:, rays], self.d[:, rays], facets.corners, facets.edge_normals,
-            facets.plane, self.rules.plane, self.rules.triangle,
+            self.P0[:, rays], self.d[:, rays], (a, b, c), N, fans.plane[:, of],
+            self.rules.plane, self.rules.triangle,
         )  # fmt: skip
         counts = (met.triangle >= 0) & self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])
-        object_ = np.full(len(rays), polygon.object, dtype=np.int32)
-        return Hits(np.where(counts, met.t, np.inf), object_, met.triangle, met.beta, met.gamma)
+        t = np.where(counts, met.t, np.inf)
+        return Hits(t, fans.object[which], met.triangle, met.beta, met.gamma)
 
     def _keep(self, rays: Index, found: Hits) -> None:
         """Take over, of hits of rays, the best of each ray that is better than what it has."""

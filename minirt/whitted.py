@@ -166,10 +166,10 @@ class Whitted:
         on = np.flatnonzero(kind == Kind.TRIANGLES)
         which = first[on] + hits.triangle[on]
         normal[:, on] = self.rules.face_normal(geometry.triangles.N[:, which])
-        for number, polygon in enumerate(geometry.polygons):
-            on = np.flatnonzero((kind == Kind.POLYGON) & (first == number))
-            if len(on):
-                normal[:, on] = self.rules.face_normal(polygon.facets.plane)
+        for fans in geometry.fans:
+            on = np.flatnonzero(kind == Kind.POLYGON)
+            on = on[fans.place[first[on]] >= 0]
+            normal[:, on] = self.rules.face_normal(fans.plane[:, fans.place[first[on]]])
         return normal
 
     def shadow(self, points: Points) -> Bools:

@@ -9,7 +9,7 @@ import numpy as np
 
 from minirt.shapes.close_calls import within_span
 from minirt.shapes.triangle import Meeting, TriangleHits
-from minirt.vectors import Floats, Ints, dot, norm
+from minirt.vectors import Floats, Index, Ints, dot, norm
 
 
 class PolygonHits(NamedTuple):
@@ -53,34 +53,39 @@ def polygon_hit(
     Parameters
     ----------
     P0, d : (3, n) float64
-    corners : three (3, m − 2) float64
-        The fan's triangles: P1, Pk, Pk+1.
-    fan_normals : (3, m − 2) float64
+    corners : three (3, m − 2) or (3, m − 2, n) float64
+        The fan's triangles, P1, Pk, Pk+1: one polygon's, or those of each ray's own.
+    fan_normals : (3, m − 2) or (3, m − 2, n) float64
         Their `edge_normal`.
-    p : (3, 1) float64
+    p : (3, 1) or (3, n) float64
         The polygon's normal, of any length.
     plane, triangle
         The rules S10 and S9 in force.
 
     Source: S11.
     """
-    a, b, c = corners
     n = P0.shape[1]
-    t = plane(P0, d, a[:, :1], p)
+    fans = [v.reshape(3, v.shape[1], -1) for v in (*corners, fan_normals)]
+    t = plane(P0, d, fans[0][:, 0], p)
     index = np.full(n, -1, dtype=np.int32)
     beta, gamma = np.full(n, np.nan), np.full(n, np.nan)
     pending = np.arange(n)
-    for k in range(a.shape[1]):
-        one = slice(k, k + 1)
-        meeting = triangle(P0, d, a[:, one], b[:, one], c[:, one], fan_normals[:, one])
+    for k in range(fans[0].shape[1]):
+        a, b, c, N = (_of(v[:, k], pending) for v in fans)
+        meeting = triangle(P0, d, a, b, c, N)
         held = meeting.case == Meeting.INSIDE
         chosen, open_ = pending[held], ~held
         now = np.where(held & np.isinf(t[pending]), meeting.t, t[pending])
-        now = within_span(now, held, P0, d, a[:, one], b[:, one], c[:, one], p)
+        now = within_span(now, held, P0, d, a, b, c, _of(p, pending))
         t[pending], index[chosen] = now, k
         beta[chosen], gamma[chosen] = meeting.beta[held], meeting.gamma[held]
         pending, P0, d = pending[open_], P0[:, open_], d[:, open_]
     return PolygonHits(np.where(index >= 0, t, np.inf), index, beta, gamma)
+
+
+def _of(v: Floats, rays: Index) -> Floats:
+    """Each ray's own of vectors (3, n); the one of (3, 1)."""
+    return v if v.shape[1] == 1 else v[:, rays]
 
 
 def polygon_normal(fan_normals: Floats) -> Floats:
