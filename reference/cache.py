@@ -25,12 +25,11 @@ from typing import Any
 
 import numpy as np
 
-import converters
-import minirt
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
 from minirt.render import frame_meta
 from minirt.scene import Facets, Scene
+from reference.identity import source_digest
 from reference.source import Declared, Reference, Rendering, Reproducible
 from reference.stability import Exact, Stability, exact_answer, stability_of
 
@@ -181,11 +180,8 @@ def _key(kind: str, scene: Scene, *parts: str) -> str:
 @once
 def _program() -> str:
     """Everything that computes: our source files, NumPy and Python."""
-    digest = hashlib.sha256(f"{sys.version} {np.__version__}".encode())
-    for package in (minirt.__file__, converters.__file__, __file__):
-        for path in sorted(Path(package).parent.rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+    sources = source_digest("minirt", "converters", "reference")
+    return f"{sys.version} {np.__version__} {sources}"
 
 
 def _rendering_key(reference: Reproducible, scene: Scene) -> str:

@@ -8,18 +8,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 
 import numpy as np
 
-import converters
-import minirt
-import reference
-import reports
 from converters.atomic import atomic_folder
 from minirt.errors import InputError, MinirtError, ReferenceError
+from reference.identity import PACKAGES, source_digest
 from reference.isolate import Workers
 from reference.program import sandbox_missing
 from reference.rooms import remove
@@ -277,20 +273,10 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _key(desk: Desk, path: Path, name: str, submitted: datetime | None) -> str:
-    digest = hashlib.sha256(_program().encode())
-    for part in (desk.assignment.sha256, name, digest_of(path), submitted, desk.sandbox):
+    digest = hashlib.sha256()
+    program = (np.__version__, source_digest(*PACKAGES))
+    for part in (*program, desk.assignment.sha256, name, digest_of(path), submitted, desk.sandbox):
         digest.update(str(part).encode(errors="surrogateescape") + b"\0")
-    return digest.hexdigest()
-
-
-@cache
-def _program() -> str:
-    """Everything that marks depend on: our files, and NumPy."""
-    digest = hashlib.sha256(np.__version__.encode())
-    for package in (minirt, converters, reference, reports):
-        for path in sorted(Path(str(package.__file__)).parent.rglob("*")):
-            if path.suffix in (".py", ".j2", ".css"):
-                digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
