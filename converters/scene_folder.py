@@ -19,6 +19,12 @@ def plain_document(scene: Scene) -> dict[str, Any]:
     return scene.to_dict() | {"epsilon": scene.epsilon}
 
 
+def mesh_names(scene: Scene) -> list[str]:
+    """The files that a scene's meshes are read from, relative to its folder, each once."""
+    names = [entry["file"] for entry in scene.document["objects"] if entry["type"] == "mesh"]
+    return list(dict.fromkeys(names))
+
+
 def write_scene_folder(scene: Scene, folder: Path) -> Path:
     """Write ``scene.json`` and, under their own names, the mesh files that it names.
 
@@ -40,7 +46,7 @@ def write_scene_folder(scene: Scene, folder: Path) -> Path:
     """
     document = plain_document(scene)
     folder.mkdir(parents=True, exist_ok=True)
-    for name in {entry["file"] for entry in document["objects"] if entry["type"] == "mesh"}:
+    for name in mesh_names(scene):
         target = folder / name
         target.parent.mkdir(parents=True, exist_ok=True)
         try:

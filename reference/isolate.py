@@ -104,7 +104,7 @@ class Job:
             reason = f"no answer within {self.timeout:g} s"
             return Outcome("timed out", None, reason, self._tail())
         except ProcessExpired as error:
-            return Outcome("crashed", None, _death(error.exitcode), self._tail())
+            return Outcome("crashed", None, death(error.exitcode), self._tail())
         except Exception as error:  # whatever the job raised is its answer
             reason = f"{type(error).__name__}: {error}"
             return Outcome("raised", error, reason, self._tail())
@@ -116,7 +116,8 @@ class Job:
             return ""
 
 
-def _death(exitcode: int | None) -> str:
+def death(exitcode: int | None) -> str:
+    """How a process ended that should have answered, in words."""
     if exitcode is not None and exitcode < 0:
         return f"the process was ended by {signal.Signals(-exitcode).name}"
     return f"the process ended with status {0 if exitcode == _SILENT else exitcode}"

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from converters.atomic import atomic_folder, require_replaceable
+from converters.scene_folder import mesh_names
 from minirt.explain import explain
 from reference.fuzz.hunt import Failure
-from reference.fuzz.shrink import mesh_files
 from reports.explain_text import explanation_text
 from reports.fuzz_cpp import cpp_test
 from reports.subject import Subject
@@ -64,8 +64,8 @@ def write_case(failure: Failure, out: Path, subject: Subject | None = None) -> P
     with atomic_folder(folder) as new:
         for file, text in case_texts(failure, subject).items():
             (new / file).write_text(text, encoding="utf-8", newline="\n")
-        for mesh in mesh_files(failure.shrunk.scene):
-            shutil.copy(mesh, new)
+        for name in mesh_names(failure.shrunk.scene):
+            shutil.copy(failure.shrunk.scene.folder / name, new)
     return folder
 
 

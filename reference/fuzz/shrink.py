@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 from minirt.errors import MinirtError
 from minirt.scene import Scene, load_scene
@@ -124,9 +123,3 @@ class _Shrinking:
                     break
                 first = max(0, first - count)
             count //= 2
-
-
-def mesh_files(scene: Scene) -> list[Path]:
-    """The files that a scene's meshes are read from, each once."""
-    names = [entry["file"] for entry in scene.document["objects"] if entry["type"] == "mesh"]
-    return [scene.folder / name for name in dict.fromkeys(names)]
