@@ -15,7 +15,8 @@ from converters.frames import read_frame, write_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.cache import Cache, timed_rendering
+from reference.cache import Cache, timed_rendering, usual_folder
+from reference.cluster import Cluster
 from reference.compare import Check, Comparison, State, compare, without_answer
 from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
 from reference.isolate import Job, Workers
@@ -49,6 +50,11 @@ Digest = Callable[[Evidence], Any]
 Portray = Callable[[Frame], Any]
 #: Names what explains a failure, best first, each with a `sentence`; runs where the arrays are.
 Diagnose = Callable[[Evidence], tuple[Any, ...]]
+#: What `judge` takes beside a scene and its answers.
+Options = tuple[
+    tuple[str, ...], Digest | None, Draw | None, tuple[str, ...], Cache | None,
+    Diagnose | None, Portray | None,
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -153,6 +159,7 @@ def verify(
     cache: Cache | None = None,
     diagnose: Diagnose | None = None,
     portray: Portray | None = None,
+    cluster: Cluster | None = None,
 ) -> Iterator[SceneResult]:
     """Compare minirt with references on scenes; yield each scene's result when it is known.
 
@@ -181,14 +188,20 @@ def verify(
         Called in a child with the `Evidence` of each failure.
     portray : callable, optional
         Called in a child with minirt's frame of each scene.
+    cluster : Cluster, optional
+        Whose workers do a scene each, with a process of each kind, in place of this machine;
+        `cache` is a folder of theirs then.
 
     Yields
     ------
     SceneResult
-        In the order of `scenes`.
+        In the order of `scenes`; from a cluster as they are known.
     """
     names = tuple(quantities)
     options = names, digest, draw, tuple(required), cache, diagnose, portray
+    if cluster is not None:
+        yield from _verify_on(cluster, scenes, references, timeout, options)
+        return
     with (
         TemporaryDirectory(prefix="minirt-") as scratch,
         Workers(_within(jobs, len(scenes) * len(references))) as theirs,
@@ -211,6 +224,38 @@ def verify(
                 yield _result(*judging.popleft(), names)
         while judging:
             yield _result(*judging.popleft(), names)
+
+
+def _verify_on(
+    cluster: Cluster,
+    scenes: Sequence[Scene],
+    references: Sequence[Reference],
+    timeout: float,
+    options: Options,
+) -> Iterator[SceneResult]:
+    """The same by the workers of a cluster; a scene that no worker survives has crashed."""
+    jobs = ((_verify_one, (scene, tuple(references), timeout, options)) for scene in scenes)
+    for number, outcome in cluster.outcomes(jobs):
+        scene = scenes[number]
+        if outcome.state == "done":
+            yield replace(outcome.value, scene=scene)
+        else:
+            checks = without_answer(options[0], "crashed", f"on the cluster: {outcome.reason}")
+            yield SceneResult(
+                scene, tuple(ReferenceResult(each.name, each.name, checks) for each in references)
+            )
+
+
+def _verify_one(
+    scene: Scene, references: Sequence[Reference], timeout: float, options: Options
+) -> SceneResult:
+    """One scene on a worker, with what the worker has."""
+    names, digest, draw, required, cache, diagnose, portray = options
+    here = None if cache is None else replace(cache, folder=usual_folder())
+    (result,) = verify(
+        [scene], references, 1, digest, timeout, names, draw, required, here, diagnose, portray
+    )
+    return result
 
 
 def _within(jobs: int, work: int) -> int:

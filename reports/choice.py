@@ -1,13 +1,15 @@
-"""What a command is about and what it may use: scenes (the whole atlas), kept frames."""
+"""What a command is about and what it may use: scenes (the whole atlas), kept frames, a cluster."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from minirt.scene import Scene
     from reference.cache import Cache
+    from reference.cluster import Cluster
 
 
 def scene_names(named: Sequence[str] | None) -> list[str]:
@@ -48,3 +50,25 @@ def usual_cache() -> Cache:
 def cache_unless(no_cache: bool) -> Cache | None:
     """The usual cache, if nobody forbids it."""
     return None if no_cache else usual_cache()
+
+
+def cluster_at(address: str) -> AbstractContextManager[Cluster | None]:
+    """The workers of the Dask scheduler at an address; none without one.
+
+    Raises
+    ------
+    InputError
+        Dask is not installed, or no scheduler answers there.
+    """
+    if not address:
+        return nullcontext()
+    try:
+        from reference.dask_cluster import DaskCluster
+    except ModuleNotFoundError as error:
+        from minirt.errors import InputError
+
+        raise InputError(
+            "Dask is not installed", where="--cluster", got=f"no module {error.name}",
+            expected="pip install 'minirt[cluster]'",
+        ) from None  # fmt: skip
+    return DaskCluster(address)

@@ -9,6 +9,7 @@ import typer
 
 from reports.console import (
     CORES,
+    ClusterOption,
     JobsOption,
     Json,
     MutantsOption,
@@ -50,6 +51,7 @@ def verify(
     no_cache: NoCacheOption = False,
     history: HistoryOption = "",
     no_history: NoHistoryOption = False,
+    cluster: ClusterOption = "",
     json: Json = False,
 ) -> None:
     """Compare minirt with reference renderers.
@@ -59,7 +61,7 @@ def verify(
     from reference.isolate import get_ready
 
     get_ready("reports.run")
-    from reports.choice import cache_unless, chosen_scenes
+    from reports.choice import cache_unless, chosen_scenes, cluster_at
     from reports.kills import read_kills
     from reports.record import results_document
     from reports.run import run_verify
@@ -68,14 +70,14 @@ def verify(
     chosen, required = references_of(names_in(reference), names_in(require))
     loaded = chosen_scenes(scenes)
     kills = None if mutants is None else read_kills(mutants)
-    with opened(history, no_history, out) as kept:
+    with cluster_at(cluster) as workers, opened(history, no_history, out) as kept:
         before = known_before(kept, loaded, chosen)
         with progress("verify") as tell:
             done = iter(range(1, len(loaded) + 1))
             run = run_verify(
                 loaded, chosen, out, jobs, required,
                 lambda _, total: tell(next(done), total), timeout=timeout,
-                cache=cache_unless(no_cache), before=before, mutants=kills,
+                cache=cache_unless(no_cache), before=before, mutants=kills, cluster=workers,
             )  # fmt: skip
         status = recorded(run, kept)
     print_run(run, people() if json else answers())

@@ -61,6 +61,15 @@ NoCacheOption = Annotated[
     bool, typer.Option("--no-cache", help="Take nothing from earlier runs: render all anew.")
 ]
 
+ClusterOption = Annotated[
+    str,
+    typer.Option(
+        metavar="ADDRESS", show_default=False,
+        help="A Dask scheduler, as tcp://HOST:PORT, whose workers do the jobs in place of this "
+        "machine.",
+    ),
+]  # fmt: skip
+
 MutantsOption = Annotated[
     Path | None,
     typer.Option(

@@ -12,6 +12,7 @@ from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.cache import Cache
+from reference.cluster import Cluster
 from reference.source import Reference
 from reference.verify import TIMEOUT, Diagnose, SceneResult, verify
 from reports.baseline import Baseline
@@ -55,6 +56,7 @@ def run_verify(
     judged: str = "",
     before: Before | None = None,
     mutants: KillMatrix | None = None,
+    cluster: Cluster | None = None,
 ) -> Run:
     """Compare minirt with references on scenes, and write the reports into a folder.
 
@@ -70,7 +72,8 @@ def run_verify(
     required : collection of str
         Names of references without whose answer the run is incomplete.
     progress : callable, optional
-        Called in this process for each scene, in order, with the number of all scenes.
+        Called in this process for each scene with the number of all scenes: in order, or from a
+        cluster as they are done.
     timeout : float
         Seconds that a reference may take for one scene.
     quantities : iterable of str
@@ -89,6 +92,8 @@ def run_verify(
         What a history knows of the scenes.
     mutants : KillMatrix, optional
         To be shown in the reports.
+    cluster : Cluster, optional
+        Whose workers do the scenes in place of this machine.
 
     Returns
     -------
@@ -105,11 +110,13 @@ def run_verify(
     results = []
     for result in verify(
         scenes, references, jobs, digest_of, timeout, quantities, agreement_of, given, cache,
-        diagnose, portrayed,
+        diagnose, portrayed, cluster,
     ):  # fmt: skip
         results.append(result)
         if progress is not None:
             progress(result, len(scenes))
+    if cluster is not None:
+        results.sort(key=lambda result: scenes.index(result.scene))
     names = [reference.name for reference in references]
     remarks = _kept(results)
     if baseline is not None:
