@@ -6,7 +6,7 @@ minirt does none. Answers come as they are ready.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from itertools import count
 from pathlib import Path
@@ -57,7 +57,7 @@ class Cluster:
     def __exit__(self, *_: object) -> None:
         self._scratch.cleanup()
 
-    def outcomes(self, jobs: Iterable[Job]) -> Iterator[tuple[int, Outcome]]:
+    def outcomes(self, jobs: Iterable[Job]) -> Generator[tuple[int, Outcome]]:
         """Do jobs; yield each one's number and how it ended, as they end.
 
         A job is drawn when a worker is soon to be free, two for each: one waits at its door. Those

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.console import Json, answers, names_in, people, print_json, progress
+from reports.console import ClusterOption, Json, answers, names_in, people, print_json, progress
 from reports.subject import Subject, takes_subject
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def fuzz(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where failures are written.")
     ] = Path("fuzz"),
+    cluster: ClusterOption = "",
     json: Json = False,
 ) -> None:
     """Judge renderers, or another implementation, on random scenes.
@@ -45,15 +46,17 @@ def fuzz(
     scene file, an explanation of its pixel, and a test in Python and in C++.
     """
     from reference.fuzz.hunt import hunt
+    from reports.choice import cluster_at
     from reports.run import made_folder
 
     judged = _judged(names_in(reference), subject)
     folder, cases = made_folder(out), list[Path]()
-    with progress("fuzz") as tell:
+    with cluster_at(cluster) as workers, progress("fuzz") as tell:
         found = hunt(
             seed, judged, scenes, time, timeout=subject.patience,
             jobs=min(2, len(judged)), progress=lambda done, _: tell(done, scenes),
             found=lambda failure: cases.append(_written(failure, folder, subject)),
+            cluster=workers,
         )  # fmt: skip
     _tell(found)
     if json:

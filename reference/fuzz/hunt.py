@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 
 from minirt.scene import Scene, load_scene
+from reference.cluster import Cluster, Job, in_order
 from reference.fuzz.bench import Bench, Trial
 from reference.fuzz.scenes import mesh_folder, scene_document
 from reference.fuzz.shrink import Shrunk, shrink
@@ -93,6 +96,8 @@ class Hunt:
         return self.judged > 0 and self.certain_share < HUNT_FLOOR
 
 
+#: A scene, how it ended before each reference, and what fails, shrunk when it is asked for.
+Taken = tuple[Scene, Mapping[str, Trial], Iterable[Failure]]
 #: Called after each scene with the numbers of scenes done and of failures.
 Progress = Callable[[int, int], None]
 #: Called with each failure as soon as it is shrunk.
@@ -111,6 +116,7 @@ def hunt(
     shrink_seconds: float = 60.0,
     progress: Progress | None = None,
     found: Found | None = None,
+    cluster: Cluster | None = None,
 ) -> Hunt:
     """Compare references with minirt on random scenes, and shrink what fails.
 
@@ -130,25 +136,35 @@ def hunt(
     shrink_seconds : float
         For each failure.
     progress, found : callable, optional
+    cluster : Cluster, optional
+        Whose workers take a scene each, and shrink it, in place of `bench`, with `jobs` processes
+        of each kind; which references are missing is found out there.
     """
-    if bench is None:
+    if bench is None and cluster is None:
         with Bench(jobs, timeout) as own:
             return hunt(
                 seed, references, scenes, seconds,
                 bench=own, shrink_seconds=shrink_seconds, progress=progress, found=found,
             )  # fmt: skip
-    here = [reference for reference in references if not reference.missing()]
-    missing = tuple((r.name, r.missing() or "") for r in references if r not in here)
-    start, tally = time.perf_counter(), _Tally(bench, here, shrink_seconds)
-    for number in range(scenes if here else 0):
-        if time.perf_counter() - start > seconds or len(tally.failures) >= MOST:
-            break
-        for failure in tally.take(number, drawn_scene(seed, number)):
-            if found is not None:
-                found(failure)
-        if progress is not None:
-            progress(number + 1, len(tally.failures))
-    return tally.hunt(seed, missing, time.perf_counter() - start)
+    start, tally = time.perf_counter(), _Tally()
+    drawn = _drawn(seed, scenes, start + seconds)
+    if cluster is not None:
+        taken = _taken_on(cluster, drawn, references, (jobs, timeout, shrink_seconds))
+    elif bench is not None:
+        taken = _taken(bench, drawn, tally.present(references), shrink_seconds)
+    with closing(taken):
+        for done, (scene, trials, failures) in enumerate(taken, start=1):
+            if not tally.note(scene, trials):
+                break
+            for failure in failures:
+                tally.failures.append(failure)
+                if found is not None:
+                    found(failure)
+            if progress is not None:
+                progress(done, len(tally.failures))
+            if len(tally.failures) >= MOST:
+                break
+    return tally.hunt(seed, time.perf_counter() - start)
 
 
 def drawn_scene(seed: int, number: int) -> Scene:
@@ -156,31 +172,114 @@ def drawn_scene(seed: int, number: int) -> Scene:
     return load_scene(scene_document(seed, number), folder=mesh_folder())
 
 
+def _drawn(seed: int, scenes: int, deadline: float) -> Iterator[tuple[int, Scene]]:
+    """The scenes of a hunt with their numbers, as long as there is time."""
+    for number in range(scenes):
+        if time.perf_counter() > deadline:
+            return
+        yield number, drawn_scene(seed, number)
+
+
+def _taken(
+    bench: Bench,
+    drawn: Iterable[tuple[int, Scene]],
+    references: Sequence[Reference],
+    seconds: float,
+) -> Generator[Taken]:
+    """Each scene before every reference, here."""
+    for number, scene in drawn if references else ():
+        trials = dict(zip(_names(references), bench.trials(scene, references), strict=True))
+        yield scene, trials, _shrunk(bench, number, scene, references, trials, seconds)
+
+
+def _taken_on(
+    cluster: Cluster,
+    drawn: Iterable[tuple[int, Scene]],
+    references: Sequence[Reference],
+    how: tuple[int, float, float],
+) -> Generator[Taken]:
+    """Each scene before every reference, by the workers of a cluster."""
+    sent: deque[Scene] = deque()
+
+    def jobs() -> Iterator[Job]:
+        for number, scene in drawn if references else ():
+            sent.append(scene)
+            yield _take, (number, scene, tuple(references), *how)
+
+    with closing(cluster.outcomes(jobs())) as ended:
+        for outcome in in_order(ended):
+            scene = sent.popleft()
+            if outcome.state == "done":
+                yield scene, *outcome.value
+            else:
+                lost = Trial("unjudged", reason=f"on the cluster: {outcome.reason}")
+                yield scene, dict.fromkeys(_names(references), lost), ()
+
+
+def _take(
+    number: int,
+    scene: Scene,
+    references: Sequence[Reference],
+    jobs: int,
+    timeout: float,
+    seconds: float,
+) -> tuple[Mapping[str, Trial], list[Failure]]:
+    """One scene before every reference, on a worker, and what fails there, shrunk."""
+    with Bench(jobs, timeout) as bench:
+        _, trials, failures = next(_taken(bench, [(number, scene)], references, seconds))
+        return trials, list(failures)
+
+
+def _shrunk(
+    bench: Bench,
+    number: int,
+    scene: Scene,
+    references: Sequence[Reference],
+    trials: Mapping[str, Trial],
+    seconds: float,
+) -> Iterator[Failure]:
+    """What fails, shrunk."""
+    for reference in references:
+        trial = trials[reference.name]
+        if trial.state == "failed":
+            ask = partial(bench.trial, reference=reference)
+            small = shrink(scene, trial, ask, seconds)
+            yield Failure(number, reference.name, scene, trial, small)
+
+
+def _names(references: Iterable[Reference]) -> list[str]:
+    return [reference.name for reference in references]
+
+
 class _Tally:
     """What a hunt has found so far."""
 
-    def __init__(self, bench: Bench, references: Sequence[Reference], seconds: float) -> None:
-        self._bench, self._references, self._seconds = bench, references, seconds
+    def __init__(self) -> None:
         self._trials: list[Trial] = []
+        self._missing: dict[str, str] = {}
         self._unjudged: list[str] = []
         self._scenes = 0
         self.failures: list[Failure] = []
 
-    def take(self, number: int, scene: Scene) -> Iterator[Failure]:
-        """Compare one scene with every reference; shrink what fails."""
-        self._scenes += 1
-        trials = self._bench.trials(scene, self._references)
-        self._trials += trials
-        for reference, trial in zip(self._references, trials, strict=True):
-            if trial.state == "unjudged":
-                self._unjudged.append(f"{scene.name}: {trial.reason}")
-            if trial.state == "failed":
-                ask = partial(self._bench.trial, reference=reference)
-                small = shrink(scene, trial, ask, self._seconds)
-                self.failures.append(Failure(number, reference.name, scene, trial, small))
-                yield self.failures[-1]
+    def present(self, references: Sequence[Reference]) -> list[Reference]:
+        """Those that can run here; of the others, it is noted why not."""
+        for reference in references:
+            if why := reference.missing():
+                self._missing[reference.name] = why
+        return [reference for reference in references if reference.name not in self._missing]
 
-    def hunt(self, seed: int, missing: Iterable[tuple[str, str]], seconds: float) -> Hunt:
+    def note(self, scene: Scene, trials: Mapping[str, Trial]) -> bool:
+        """Add a scene's trials; whether any reference was there at all."""
+        self._missing |= {n: t.reason for n, t in trials.items() if t.state == "missing"}
+        if all(trial.state == "missing" for trial in trials.values()):
+            return False
+        self._scenes += 1
+        self._trials += trials.values()
+        unjudged = [trial for trial in trials.values() if trial.state == "unjudged"]
+        self._unjudged += [f"{scene.name}: {trial.reason}" for trial in unjudged]
+        return True
+
+    def hunt(self, seed: int, seconds: float) -> Hunt:
         """The finished record."""
         states = [trial.state for trial in self._trials]
         return Hunt(
@@ -190,7 +289,7 @@ class _Tally:
             unsupported=states.count("not supported"),
             certain=sum(trial.certain for trial in self._trials),
             judged=sum(trial.judged for trial in self._trials),
-            missing=tuple(missing),
+            missing=tuple(self._missing.items()),
             unjudged=tuple(self._unjudged),
             failures=tuple(self.failures),
             seconds=seconds,
