@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.console import Json, answers, names_in, print_json, progress
+from reports.console import ClusterOption, Json, answers, names_in, print_json, progress
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
+    from reference.cluster import Cluster
     from reference.mutants.floor import Floor
     from reference.mutants.matrix import Kill
 
@@ -24,6 +25,7 @@ def mutants(
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")] = len(
         os.sched_getaffinity(0)
     ),
+    cluster: ClusterOption = "",
     json: Json = False,
 ) -> None:
     """Show that the checks notice wrong versions of the lecture's rules.
@@ -32,15 +34,18 @@ def mutants(
     each must fail, first in the stage that it breaks, and the right one must not.
     """
     from reference.mutants.floor import sensitivity_floor
+    from reports.choice import cluster_at
 
-    kills = run_mutants(chosen_mutants(names_in(only)), jobs)
+    chosen = chosen_mutants(names_in(only))
+    with cluster_at(cluster) as workers:
+        kills, crashed = run_mutants(chosen, jobs, workers)
     honest, wrong = kills[0], kills[1:]
     floor = sensitivity_floor()
     if json:
-        print_json(mutants_document(honest, wrong, floor))
+        print_json(mutants_document(honest, wrong, floor, crashed))
     else:
-        _print(honest, wrong, floor)
-    raise typer.Exit(int(honest.killed or not all(row.killed for row in wrong)))
+        _print(honest, wrong, floor, crashed)
+    raise typer.Exit(mutants_status(honest, wrong, crashed))
 
 
 def chosen_mutants(names: Sequence[str]) -> list[str]:
@@ -64,13 +69,28 @@ def chosen_mutants(names: Sequence[str]) -> list[str]:
     return [HONEST.name, *(names or CATALOGUE)]
 
 
-def run_mutants(names: Sequence[str], jobs: int) -> list[Kill]:
-    """The rows, in order; each in a child process."""
+def run_mutants(
+    names: Sequence[str], jobs: int, cluster: Cluster | None = None
+) -> tuple[list[Kill], dict[str, str]]:
+    """The rows, in order, each in a child process or on a cluster; and those that crashed there.
+
+    Raises
+    ------
+    ReferenceError
+        The first of them, the lecture's own rules, crashed on the cluster.
+    """
+    with progress("mutants") as tell:
+        if cluster is None:
+            return _rows_here(names, jobs, tell), {}
+        return _rows_on(cluster, names, tell)
+
+
+def _rows_here(names: Sequence[str], jobs: int, tell: Callable[[int, int], None]) -> list[Kill]:
     from reference.isolate import Workers
     from reference.mutants.matrix import kill
 
     rows: list[Kill] = []
-    with progress("mutants") as tell, Workers(min(jobs, len(names))) as workers:
+    with Workers(min(jobs, len(names))) as workers:
         started = [workers.submit(None, kill, name) for name in names]
         for job in started:
             outcome = job.outcome()
@@ -81,7 +101,33 @@ def run_mutants(names: Sequence[str], jobs: int) -> list[Kill]:
     return rows
 
 
-def mutants_document(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> dict[str, Any]:
+def _rows_on(
+    cluster: Cluster, names: Sequence[str], tell: Callable[[int, int], None]
+) -> tuple[list[Kill], dict[str, str]]:
+    from minirt.errors import ReferenceError
+    from reference.mutants.matrix import kill
+
+    ended = {}
+    for number, outcome in cluster.outcomes((kill, (name,)) for name in names):
+        ended[names[number]] = outcome
+        tell(len(ended), len(names))
+    rows = [ended[name].value for name in names if ended[name].state == "done"]
+    crashed = {name: ended[name].reason for name in names if ended[name].state != "done"}
+    if names[0] in crashed:
+        raise ReferenceError("the lecture's own rules could not be run", got=crashed[names[0]])
+    return rows, crashed
+
+
+def mutants_status(honest: Kill, wrong: Sequence[Kill], crashed: Mapping[str, str]) -> int:
+    """1 where one is not noticed or the right one is accused; else 3 where one crashed; else 0."""
+    if honest.killed or not all(row.killed for row in wrong):
+        return 1
+    return 3 if crashed else 0
+
+
+def mutants_document(
+    honest: Kill, wrong: Sequence[Kill], floor: Floor, crashed: Mapping[str, str]
+) -> dict[str, Any]:
     """The kill matrix as JSON data."""
     from reports.json_model import spelled
 
@@ -95,10 +141,11 @@ def mutants_document(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> dict[
         "right_stage": sum(row.right_stage for row in wrong),
         "false_alarms": len(honest.failed),
         "floor": {name: spelled(value) for name, value in vars(floor).items()},
+        **({"crashed": dict(crashed)} if crashed else {}),
     }
 
 
-def _print(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> None:
+def _print(honest: Kill, wrong: Sequence[Kill], floor: Floor, crashed: Mapping[str, str]) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -115,7 +162,7 @@ def _print(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> None:
         table.add_row(Text(name, style="bold red" if _odd(row, honest) else ""), *cells)
     console = answers()
     console.print(table)
-    for line in _summary(honest, wrong, floor):
+    for line in _summary(honest, wrong, floor, crashed):
         console.print(line, soft_wrap=True)
 
 
@@ -124,22 +171,26 @@ def _odd(row: Kill, honest: Kill) -> bool:
     return row.killed if row is honest else not (row.killed and row.right_stage)
 
 
-def mutants_sentence(honest: Kill, wrong: Sequence[Kill]) -> str:
-    """How many were killed, and by which stage."""
+def mutants_sentence(honest: Kill, wrong: Sequence[Kill], crashed: Mapping[str, str]) -> str:
+    """How many were killed, by which stage, and how many could not be run."""
     killed, right = sum(row.killed for row in wrong), sum(row.right_stage for row in wrong)
     return (
         f"{killed} of {len(wrong)} mutants killed, {right} by the stage that they really break; "
         f"false alarms on the lecture's own rules: {len(honest.failed)} of {honest.scenes} scenes"
+        + (f"; {len(crashed)} crashed" if crashed else "")
     )
 
 
-def _summary(honest: Kill, wrong: Sequence[Kill], floor: Floor) -> list[str]:
+def _summary(
+    honest: Kill, wrong: Sequence[Kill], floor: Floor, crashed: Mapping[str, str]
+) -> list[str]:
     survivors = [row.mutant for row in wrong if not row.killed]
     lines = [
         "",
         "Pixels charged to each stage, the first one in which they are wrong.",
-        f"{mutants_sentence(honest, wrong)}.",
+        f"{mutants_sentence(honest, wrong, crashed)}.",
         f"Smallest errors caught: {floor.pixels} pixel of a mask; relative {floor.depth:.1e} in "
         f"depth, {floor.angle:.1e} rad in a normal, relative {floor.colour:.1e} in colour.",
     ]
-    return [*lines, f"Not noticed: {', '.join(survivors)}"] if survivors else lines
+    lines += [f"Not noticed: {', '.join(survivors)}"] if survivors else []
+    return [*lines, *(f"{name} crashed: {reason}" for name, reason in crashed.items())]

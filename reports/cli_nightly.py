@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +13,7 @@ import typer
 
 from reports.console import (
     CORES,
+    ClusterOption,
     JobsOption,
     Json,
     RequireOption,
@@ -63,6 +65,7 @@ def nightly(
         int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
     ] = 300,
     history: HistoryOption = "",
+    cluster: ClusterOption = "",
     json: Json = False,
 ) -> None:
     """Verify, fuzz with a new seed, run the mutants; keep the history and a landing page.
@@ -70,7 +73,7 @@ def nightly(
     Each night has a folder, DIR/index.html shows them all. A night that was killed goes on with
     what is missing when the same command runs again within a day.
     """
-    from reports.choice import chosen_scenes
+    from reports.choice import chosen_scenes, cluster_at
     from reports.cli_mutants import chosen_mutants
     from reports.cli_verify import references_of
     from reports.history import History as Store
@@ -85,10 +88,19 @@ def nightly(
     loaded = chosen_scenes(scenes)
     job = Job(loaded, chosen, required, seconds, tuple(named), jobs, timeout)
     target = history or str(made_folder(out) / FILE)
-    with Store(target) as kept, begun(made_folder(out), _settings(job)) as night:
+    with (
+        cluster_at(cluster) as workers,
+        Store(target) as kept,
+        begun(made_folder(out), _settings(job)) as night,
+    ):
         people().print(f"night: {night.folder}", soft_wrap=True)
         with progress("nightly") as tell:
-            take(night, job, kept, lambda _, done, total: tell(int(done), int(total)))
+            take(
+                night,
+                replace(job, cluster=workers),
+                kept,
+                lambda _, done, total: tell(int(done), int(total)),
+            )
         status = _finish(night, out, kept, keep, command)
         if json:
             print_json(

@@ -43,7 +43,7 @@ def test_a_survivor_or_a_false_alarm_is_a_failure(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(cli_mutants, "run_mutants", lambda names, jobs: rows)
+    monkeypatch.setattr(cli_mutants, "run_mutants", lambda *_: (rows, {}))
     assert run(["mutants"]) == status
     assert ("Not noticed: a" in capsys.readouterr().out) == (not rows[1].killed)
     assert run(["mutants", "--json"]) == status

@@ -69,11 +69,11 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         done.append(f"fuzz {seconds:g}")
         return Hunt(seed, 3, 3, 0, 99, 100, seconds=seconds)
 
-    def mutants(names: Sequence[str], _: int) -> list[Kill]:
+    def mutants(names: Sequence[str], *_: object) -> tuple[list[Kill], dict[str, str]]:
         done.append(f"mutants {' '.join(names[1:]) if len(names) < 9 else 'all'}")
         nothing: dict[str, int] = dict.fromkeys(STAGES, 0)
         honest = Kill("honest", "", "", "ray", 12, (), nothing)
-        return [honest, Kill("far-root", "S8", "", "t", 12, ("ball",), nothing | {"t": 7})]
+        return [honest, Kill("far-root", "S8", "", "t", 12, ("ball",), nothing | {"t": 7})], {}
 
     monkeypatch.setattr(steps, "run_verify", verify)
     for name in set(runs.REPORTS) - {"results.json"}:

@@ -5,17 +5,25 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from minirt.errors import MinirtError
 from minirt.scene import Scene
+from reference.cluster import Cluster
 from reference.fuzz.bench import Bench
 from reference.fuzz.hunt import HUNT_FLOOR, Failure, Hunt, hunt
 from reference.source import Reference
 from reports.cli_fuzz import hunt_document
-from reports.cli_mutants import chosen_mutants, mutants_document, mutants_sentence, run_mutants
+from reports.cli_mutants import (
+    chosen_mutants,
+    mutants_document,
+    mutants_sentence,
+    mutants_status,
+    run_mutants,
+)
 from reports.fuzz_case import write_case
 from reports.history import Entry, History, read_entry
 from reports.history.difference import difference
@@ -55,6 +63,8 @@ class Job:
         Processes of each kind.
     timeout : float
         Seconds for a reference and a scene of `scenes`.
+    cluster : Cluster or None
+        Whose workers do it all; None: this machine.
     """
 
     scenes: Sequence[Scene]
@@ -64,6 +74,7 @@ class Job:
     mutants: tuple[str, ...]
     jobs: int
     timeout: float
+    cluster: Cluster | None = None
 
 
 def verify_step(night: Night, job: Job, history: History, tell: Progress) -> StepModel:
@@ -75,7 +86,7 @@ def verify_step(night: Night, job: Job, history: History, tell: Progress) -> Ste
             job.scenes, job.references, night.folder, job.jobs, job.required,
             lambda _, total: tell("verify", next(done), total), timeout=job.timeout,
             before=known_before(history, job.scenes, job.references),
-            mutants=read_kills(kills) if kills.exists() else None,
+            mutants=read_kills(kills) if kills.exists() else None, cluster=job.cluster,
         )  # fmt: skip
     run = read_entry(night.folder)
     return StepModel(exit_status=run.exit_status, sentence=run.sentence, seconds=run.seconds)
@@ -107,7 +118,7 @@ def fuzz_step(night: Night, job: Job, tell: Progress) -> StepModel:
     folder = night.folder / "fuzz"
     folder.mkdir(exist_ok=True)
     rounds = _rounds(folder / "fuzz.json")
-    with Bench(min(2, len(job.references)), PATIENCE) as bench:
+    with nullcontext() if job.cluster else Bench(_pairs(job), PATIENCE) as bench:
         while (left := job.budget - sum(r["seconds"] for r in rounds)) > 0:
             seed = (night.note.seed + len(rounds)) % 2**32
             found, cases = _hunt(seed, job, min(left, ROUND), bench, folder)
@@ -128,12 +139,13 @@ def mutants_step(night: Night, job: Job) -> StepModel:
     from reference.mutants.floor import sensitivity_floor
 
     start = time.perf_counter()
-    honest, *wrong = run_mutants(chosen_mutants(list(job.mutants)), job.jobs)
-    document = mutants_document(honest, wrong, sensitivity_floor())
+    rows, crashed = run_mutants(chosen_mutants(list(job.mutants)), job.jobs, job.cluster)
+    honest, *wrong = rows
+    document = mutants_document(honest, wrong, sensitivity_floor(), crashed)
     write(night.folder / "mutants.json", _json(document))
     return StepModel(
-        exit_status=1 if honest.killed or not all(row.killed for row in wrong) else 0,
-        sentence=mutants_sentence(honest, wrong),
+        exit_status=mutants_status(honest, wrong, crashed),
+        sentence=mutants_sentence(honest, wrong, crashed),
         seconds=time.perf_counter() - start,
     )
 
@@ -167,7 +179,7 @@ def _broken(error: Exception, seconds: float) -> StepModel:
 
 
 def _hunt(
-    seed: int, job: Job, seconds: float, bench: Bench, folder: Path
+    seed: int, job: Job, seconds: float, bench: Bench | None, folder: Path
 ) -> tuple[Hunt, list[Path]]:
     """One round, and the folders of its failures, relative to the night's `fuzz`."""
     cases: list[Path] = []
@@ -175,8 +187,16 @@ def _hunt(
     def keep(failure: Failure) -> None:
         cases.append(write_case(failure, folder).relative_to(folder))
 
-    found = hunt(seed, job.references, MOST_SCENES, seconds, bench=bench, found=keep)
+    found = hunt(
+        seed, job.references, MOST_SCENES, seconds, bench=bench, jobs=_pairs(job),
+        timeout=PATIENCE, found=keep, cluster=job.cluster,
+    )  # fmt: skip
     return found, cases
+
+
+def _pairs(job: Job) -> int:
+    """Processes of each kind for one random scene."""
+    return min(2, len(job.references))
 
 
 def _rounds(path: Path) -> list[dict[str, Any]]:
