@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.console import Json, answers, people, print_json, progress
+from reports.console import ClusterOption, Json, answers, people, print_json, progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -48,6 +48,7 @@ def grade(
     jobs: Annotated[
         int, typer.Option("--jobs", "-j", min=1, help="Submissions at a time; all processors.")
     ] = len(os.sched_getaffinity(0)),
+    cluster: ClusterOption = "",
     json: Json = False,
 ) -> None:  # fmt: skip
     """Grade a class by a rubric, with a page for each student and one for staff.
@@ -56,7 +57,7 @@ def grade(
     was ended goes on where it was. Exit status 0: graded, whatever the marks.
     """
     from minirt.errors import InputError
-    from reports.choice import usual_cache
+    from reports.choice import cluster_at, usual_cache
     from reports.grade.assignment import read_assignment
     from reports.grade.files import write_class
     from reports.grade.judge import Desk
@@ -71,10 +72,9 @@ def grade(
     if out.resolve().is_relative_to(submissions.resolve()):
         raise InputError("the marks would lie among the submissions", where=str(out))
     known = read_times(times) if times is not None else {}
-    with progress("grade") as tell:
-        record = grade_class(
-            students, Desk(assignment, usual_cache(), not no_sandbox), out, jobs, known, tell
-        )
+    desk = Desk(assignment, usual_cache(), not no_sandbox)
+    with cluster_at(cluster) as workers, progress("grade") as tell:
+        record = grade_class(students, desk, out, jobs, known, tell, workers)
     aside = [one_line(name, 60) for name in left_aside(submissions)]
     if aside:
         note = f"not graded, for they are no folders and no archives that we read: {listed(aside)}"

@@ -95,12 +95,8 @@ def nightly(
     ):
         people().print(f"night: {night.folder}", soft_wrap=True)
         with progress("nightly") as tell:
-            take(
-                night,
-                replace(job, cluster=workers),
-                kept,
-                lambda _, done, total: tell(int(done), int(total)),
-            )
+            sent = replace(job, cluster=workers)
+            take(night, sent, kept, lambda _, done, total: tell(int(done), int(total)))
         status = _finish(night, out, kept, keep, command)
         if json:
             print_json(

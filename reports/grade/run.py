@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from tempfile import mkdtemp
@@ -15,6 +15,8 @@ import numpy as np
 
 from converters.atomic import atomic_folder
 from minirt.errors import InputError, MinirtError, ReferenceError
+from reference.cache import usual_folder
+from reference.cluster import Cluster, Job
 from reference.identity import PACKAGES, source_digest
 from reference.isolate import Workers
 from reference.program import sandbox_missing
@@ -22,6 +24,7 @@ from reference.rooms import remove
 from reports.grade.assignment import Sheet
 from reports.grade.closer import Closer, look_closer
 from reports.grade.copies import find_copies
+from reports.grade.handed import Handed, read_handed
 from reports.grade.judge import Desk, SheetResult, judge_sheet, prepare, without_frame
 from reports.grade.record import (
     ClassRecord,
@@ -68,6 +71,7 @@ def grade_class(
     jobs: int = 2,
     times: Mapping[str, datetime] | None = None,
     progress: Progress | None = None,
+    cluster: Cluster | None = None,
 ) -> ClassRecord:
     """Grade every submission, and leave each student's files behind as soon as they are known.
 
@@ -86,6 +90,8 @@ def grade_class(
     times : mapping of str to datetime, optional
         When they were handed in.
     progress : callable, optional
+    cluster : Cluster, optional
+        Whose workers grade a student each in place of this machine, with their own cache.
 
     Raises
     ------
@@ -99,9 +105,14 @@ def grade_class(
     with Workers(jobs) as workers:
         speaking = _prepared(desk, workers)
         office = _Office(desk, workers, out, speaking, times or {})
-        graded = list(_graded(office, students, jobs, progress))
+        if cluster is None:
+            graded, crashed = list(_graded(office, students, jobs, progress)), list[str]()
+        else:
+            graded, crashed = _graded_on(cluster, office, students, progress)
     rubric = desk.assignment.rubric
-    remarks = _remarks(rubric, graded, sorted(office.times.keys() - students.keys()))
+    remarks = list(_remarks(rubric, graded, sorted(office.times.keys() - students.keys())))
+    if crashed:
+        remarks.append(f"not graded, for it crashed; another run tries again: {_some(crashed)}")
     return ClassRecord(
         title=rubric.title, of=rubric.points, students=tuple(graded),
         copies=find_copies(graded), remarks=tuple(remarks),
@@ -124,6 +135,38 @@ def _graded(
             clerks.shutdown(wait=False, cancel_futures=True)
 
 
+def _graded_on(
+    cluster: Cluster, office: _Office, students: Mapping[str, Path], progress: Progress | None
+) -> tuple[list[Student], list[str]]:
+    """Every student, and the names of those whose job crashed; who will be refused, here."""
+    found: dict[str, Student] = {}
+    crashed: list[str] = []
+    sent: list[_File] = []
+
+    def jobs() -> Iterator[Job]:
+        for name, path in sorted(students.items()):
+            file = _file_of(office, name, path)
+            handed = None if file.kept() else read_handed(path)
+            if handed is None:
+                found[name] = _grade(office, name, path)
+                continue
+            sent.append(file)
+            yield _grade_away, (office.desk, office.speaking, file, handed)
+
+    for number, outcome in cluster.outcomes(jobs()):
+        file = sent[number]
+        if isinstance(outcome.value, MinirtError):
+            raise outcome.value
+        if outcome.state == "done":
+            found[file.name] = file.keep(*outcome.value)
+        else:
+            found[file.name] = _lost(office, file, outcome.reason)
+            crashed.append(file.name)
+        if progress is not None:
+            progress(len(found), len(students))
+    return [found[name] for name in sorted(students)], crashed
+
+
 def _prepared(desk: Desk, workers: Workers) -> Speaking:
     """minirt's own answers, computed once, and the parts that each scene speaks of."""
     sheets = desk.assignment.sheets
@@ -140,32 +183,103 @@ def _prepared(desk: Desk, workers: Workers) -> Speaking:
     return speaking
 
 
+@dataclass(frozen=True)
+class _File:
+    """One student's: when and under which hash it was handed in, and where the record goes."""
+
+    name: str
+    submitted: datetime | None
+    key: str
+    state: Path
+    target: Path
+
+    def kept(self) -> Student | None:
+        """What an earlier run has found, if nothing changed."""
+        return kept_student(self.state, self.key) if self.target.is_dir() else None
+
+    def keep(self, student: Student, files: Mapping[str, bytes]) -> Student:
+        """Leave behind what was found elsewhere."""
+        with atomic_folder(self.target) as staging:
+            for name, content in files.items():
+                (staging / name).write_bytes(content)
+        write_json(student, self.state)
+        return student
+
+
+def _file_of(office: _Office, name: str, path: Path) -> _File:
+    folder = folder_name(name)
+    submitted = office.times.get(name)
+    return _File(
+        name, submitted, _key(office.desk, path, name, submitted),
+        office.out / "staff" / "state" / f"{folder}.json", office.out / "students" / folder,
+    )  # fmt: skip
+
+
 def _grade(office: _Office, name: str, path: Path) -> Student:
     """One student; what an earlier run has found, if nothing changed."""
-    shown, folder = shown_name(name), folder_name(name)
-    submitted = office.times.get(name)
-    key = _key(office.desk, path, name, submitted)
-    state = office.out / "staff" / "state" / f"{folder}.json"
-    target = office.out / "students" / folder
-    student = kept_student(state, key) if target.is_dir() else None
-    if student is not None:
-        return student
+    file = _file_of(office, name, path)
+    student = file.kept()
+    if student is None:
+        student = _marked(office, file, path)
+        write_json(student, file.state)
+    return student
+
+
+def _marked(office: _Office, file: _File, path: Path) -> Student:
+    """One student, whose own files are left behind."""
     with _room() as room:
         opened, message = _opened(office, path, room)
         results = _judged(office, opened, room) if opened is not None else ()
-        late = days_late(office.desk.assignment.rubric.late, submitted)
-        student = Student(
-            name=shown, folder=folder, key=key, message=message,
-            kind="nothing" if opened is None else "program" if opened.is_program else "frames",
-            submitted=submitted.isoformat() if submitted else None,
-            marks=marks_of(office.desk.assignment, office.speaking, results, late),
-            results=results,
-            closer=_closer(office, opened, room, results) if opened is not None else (),
-        )  # fmt: skip
-        with atomic_folder(target) as staging:
+        closer = _closer(office, opened, room, results) if opened is not None else ()
+        student = _student(office, file, opened, message, results, closer)
+        with atomic_folder(file.target) as staging:
             places = {sheet.scene.name: place_of(room, sheet) for sheet in _public(office)}
             write_student(student, office.desk.assignment.rubric.title, places, staging)
-    write_json(student, state)
+    return student
+
+
+def _student(
+    office: _Office,
+    file: _File,
+    opened: Opened | None,
+    message: str,
+    results: tuple[SheetResult, ...] = (),
+    closer: tuple[Closer, ...] = (),
+) -> Student:
+    assignment = office.desk.assignment
+    late = days_late(assignment.rubric.late, file.submitted)
+    return Student(
+        name=shown_name(file.name), folder=folder_name(file.name), key=file.key, message=message,
+        kind="nothing" if opened is None else "program" if opened.is_program else "frames",
+        submitted=file.submitted.isoformat() if file.submitted else None,
+        marks=marks_of(assignment, office.speaking, results, late),
+        results=results, closer=closer,
+    )  # fmt: skip
+
+
+def _grade_away(
+    desk: Desk, speaking: Speaking, file: _File, handed: Handed
+) -> tuple[Student, dict[str, bytes]]:
+    """One student on a worker, with what the worker has; the record, and the student's files."""
+    here = replace(desk, cache=replace(desk.cache, folder=usual_folder()))
+    with _room() as room, Workers(1) as workers:
+        office = _Office(here, workers, room, speaking, {})
+        path = handed.put(_made(room / "handed-in"))
+        student = _marked(office, replace(file, target=_made(room / "files") / "own"), path)
+        own = room / "files" / "own"
+        return student, {each.name: each.read_bytes() for each in sorted(own.iterdir())}
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir()
+    return folder
+
+
+def _lost(office: _Office, file: _File, reason: str) -> Student:
+    """A student whose job crashed: no record is kept, so that another run tries again."""
+    student = _student(office, file, None, f"crashed: {reason}")
+    with atomic_folder(file.target) as staging:
+        write_student(student, office.desk.assignment.rubric.title, {}, staging)
     return student
 
 
