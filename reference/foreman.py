@@ -7,12 +7,14 @@ a foreman, to which the jobs go; renderers run in children of that one.
 
 from __future__ import annotations
 
+import json
 import platform
 import signal
 import socket
 import subprocess
 import sys
 import threading
+import weakref
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -25,7 +27,13 @@ from reference.isolate import Outcome, death
 from reference.parcel import packed, unpacked
 from reference.processes import SET_PDEATHSIG, prctl
 
-_SERVE = "import sys; from reference.foreman import serve; serve(int(sys.argv[1]))"
+#: What a foreman runs: it finds modules where its worker does.
+_SERVE = """
+import json, sys
+sys.path[:] = json.loads(sys.argv[2])
+from reference.foreman import serve
+serve(int(sys.argv[1]))
+"""
 #: Seconds for a foreman whose line is closed to end.
 _PATIENCE = 10.0
 _ours = threading.local()
@@ -73,17 +81,19 @@ def perform(program: str, job: bytes, begin: Begin) -> bytes:
 
 
 class _Foreman:
-    """One interpreter, and the line to it. It ends with the thread that started it."""
+    """One interpreter, and the line to it. It ends when nobody holds it, or its starter ends."""
 
     def __init__(self) -> None:
         here, there = socket.socketpair()
-        command = [sys.executable, "-P", "-c", _SERVE, str(there.fileno())]
+        where = [place for place in sys.path if place]
+        command = [sys.executable, "-P", "-c", _SERVE, str(there.fileno()), json.dumps(where)]
         with there:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, pass_fds=[there.fileno()],
                 start_new_session=True,
             )  # fmt: skip
         self._line: Connection[Any, Any] = Connection(here.detach())
+        self._end = weakref.finalize(self, _ended, self._line, self._process)
 
     def ask(self, order: tuple[str, str, bytes]) -> bytes | None:
         """What it answers; None where it has died instead."""
@@ -95,13 +105,18 @@ class _Foreman:
 
     def death(self) -> str:
         """How it has died."""
-        self._line.close()
-        try:
-            status = self._process.wait(_PATIENCE)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            status = self._process.wait()
-        return death(status)
+        self._end()
+        return death(self._process.returncode)
+
+
+def _ended(line: Connection[Any, Any], process: subprocess.Popen[bytes]) -> None:
+    """Close a foreman's line, and wait for it to end."""
+    line.close()
+    try:
+        process.wait(_PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def serve(descriptor: int) -> None:
