@@ -8,6 +8,9 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 import pytest
 
@@ -87,6 +90,13 @@ def test_the_python_example_runs() -> None:
     frame = names["frame"]
     assert isinstance(frame, minirt.Frame)
     assert frame["depth"].shape == (192, 256)
+
+
+def test_the_executor_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(block("python", "ThreadPoolExecutor"), names)  # noqa: S102 - our own README
+    assert names["run"].verdict.exit_status == 0
 
 
 def test_the_scene_example_loads() -> None:
