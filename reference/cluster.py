@@ -11,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 from uuid import uuid4
 
 from minirt.errors import ReferenceError
@@ -50,7 +50,7 @@ class Cluster:
         self._executor, self._workers = executor, workers
         self._rooms = count()
 
-    def __enter__(self) -> Cluster:
+    def __enter__(self) -> Self:
         self._scratch = TemporaryDirectory(prefix="minirt-")
         return self
 

@@ -7,6 +7,7 @@ import logging
 import re
 import time
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass
 from uuid import uuid4
 
@@ -55,9 +56,10 @@ class DaskCluster(Cluster):
 
     def __exit__(self, *error: object) -> None:
         super().__exit__(*error)
-        if self._client.status == "running":
+        with suppress(Exception):  # the scheduler may be gone, or hang
             self._executor.shutdown(wait=False)
-            self._client.set_metadata([self._notes], {})
+            forget = self._client.scheduler.set_metadata
+            self._client.sync(forget, keys=[self._notes], value={}, callback_timeout=_CONNECTING)
         self._client.close(timeout=_CONNECTING)
 
     def _width(self) -> int:
@@ -90,7 +92,7 @@ class DaskCluster(Cluster):
     def _threads(self) -> dict[str, int]:
         """Jobs that each worker does at the same time, by its address."""
         try:
-            found: dict[str, int] = self._client.nthreads()
+            found: dict[str, int] = self._client.nthreads(callback_timeout=_PATIENCE)
         except Exception as error:
             raise ReferenceError(
                 "the scheduler is gone", where=self._address, got=f"{type(error).__name__}: {error}"

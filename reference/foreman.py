@@ -94,6 +94,7 @@ class _Foreman:
             )  # fmt: skip
         self._line: Connection[Any, Any] = Connection(here.detach())
         self._end = weakref.finalize(self, _ended, self._line, self._process)
+        self._end.atexit = False  # it is killed then, and nobody waits for the job that it does
 
     def ask(self, order: tuple[str, str, bytes]) -> bytes | None:
         """What it answers; None where it has died instead."""

@@ -181,6 +181,14 @@ def test_a_worker_with_another_minirt_is_refused(
     assert error.exit_status == 2
 
 
+def test_a_worker_that_cannot_take_jobs_is_said(
+    dask: Dask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster_module, "perform", len)  # takes one argument
+    with DaskCluster(dask.address) as cluster, pytest.raises(Refused, match="cannot take jobs"):
+        list(cluster.outcomes([(square, (1,))]))
+
+
 def test_no_worker_and_no_scheduler_end_a_run_in_words(tmp_path: Path) -> None:
     with running(tmp_path) as alone, DaskCluster(alone.address, patience=0.5) as cluster:
         with pytest.raises(ReferenceError, match=r"no worker is there .* within 0\.5 s"):
