@@ -7,7 +7,7 @@ minirt does none. Answers come as they are ready.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -109,9 +109,7 @@ class Cluster:
         """How a job ended; None where it is to be done again."""
         try:
             answer = future.result()
-        except CancelledError:
-            raise ReferenceError("the connection to the cluster is lost") from None
-        except Exception as error:
+        except Exception as error:  # a CancelledError among them
             return self._died(error, order.label)
         outcome: Outcome = unpacked(answer, self._room())
         if isinstance(outcome.value, Refused):
@@ -138,7 +136,7 @@ class Cluster:
         """
 
     def _died(self, error: Exception, label: str) -> Outcome | None:
-        """How a job ended whose worker gave no answer; None where it is to be done again."""
+        """How a job ended that got no answer; None where it is to be done again."""
         return Outcome("crashed", None, f"its worker died: {type(error).__name__}: {error}")
 
 

@@ -7,6 +7,7 @@ import logging
 import re
 import time
 import warnings
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass
 from uuid import uuid4
@@ -51,6 +52,7 @@ class DaskCluster(Cluster):
         self._address, self._patience = address, patience
         self._client = _connected(address)
         self._notes = f"minirt {uuid4().hex}"
+        self._lost: Counter[str] = Counter()
         self._alone_since: float | None = None
         super().__init__(self._client.get_executor(pure=False))
 
@@ -58,8 +60,9 @@ class DaskCluster(Cluster):
         super().__exit__(*error)
         with suppress(Exception):  # the scheduler may be gone, or hang
             self._executor.shutdown(wait=False)
-            forget = self._client.scheduler.set_metadata
-            self._client.sync(forget, keys=[self._notes], value={}, callback_timeout=_CONNECTING)
+            if (scheduler := self._client.scheduler) is not None:
+                note = {"keys": [self._notes], "value": {}}
+                self._client.sync(scheduler.set_metadata, **note, callback_timeout=_CONNECTING)
         self._client.close(timeout=_CONNECTING)
 
     def _width(self) -> int:
@@ -81,13 +84,19 @@ class DaskCluster(Cluster):
             )  # fmt: skip
 
     def _died(self, error: Exception, label: str) -> Outcome | None:
-        if not isinstance(error, KilledWorker):
-            raise Refused(
-                "a worker cannot take jobs", where=self._address,
-                got=f"{type(error).__name__}: {error}"[:300], expected="the same minirt everywhere",
-            ) from None  # fmt: skip
-        died = self._client.get_metadata([self._notes, label], default=[])
-        return Outcome("crashed", None, _deaths(died)) if len(died) >= MOST_DEATHS else None
+        if self._client.status != "running":
+            raise ReferenceError("the connection to the scheduler is lost", where=self._address)
+        if isinstance(error, KilledWorker):
+            died = self._client.get_metadata([self._notes, label], default=[])
+            return Outcome("crashed", None, _deaths(died)) if len(died) >= MOST_DEATHS else None
+        # An answer may be lost with its worker on the way here, which Dask tells in many ways.
+        self._lost[label] += 1
+        if self._lost[label] < MOST_DEATHS:
+            return None
+        raise Refused(
+            "workers cannot take jobs", where=self._address,
+            got=f"{type(error).__name__}: {error}"[:300], expected="the same minirt everywhere",
+        )  # fmt: skip
 
     def _threads(self) -> dict[str, int]:
         """Jobs that each worker does at the same time, by its address."""
