@@ -60,8 +60,9 @@ class Cluster:
     def outcomes(self, jobs: Iterable[Job]) -> Generator[tuple[int, Outcome]]:
         """Do jobs; yield each one's number and how it ended, as they end.
 
-        A job is drawn when a worker is soon to be free, two for each: one waits at its door. Those
-        that wait are cancelled when nobody asks any further.
+        A job is drawn when a worker is free: one that waited at a worker's door would be blamed for
+        its death, and idle ones would not get it. Those that have not begun are cancelled when
+        nobody asks any further.
 
         Raises
         ------
@@ -92,7 +93,7 @@ class Cluster:
                 future.cancel()
 
     def _fill(self, waiting: dict[Future[bytes], _Order], orders: Iterator[_Order]) -> None:
-        while len(waiting) < 2 * max(1, self._width()):
+        while len(waiting) < max(1, self._width()):
             order = next(orders, None)
             if order is None:
                 return
