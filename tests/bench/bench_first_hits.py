@@ -1,4 +1,4 @@
-"""First hits of primary rays, everybody on the same scenes: `make bench`."""
+"""First hits and whole images, everybody on the same scenes: `make bench`."""
 
 from __future__ import annotations
 
@@ -6,27 +6,67 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench_cases import CASES, SPHERES, count, scene_of
+from bench_cases import CASES, IMAGES, INCOHERENT, SPHERES, count, incoherent_rays, scene_of
 from bench_tracers import TRACERS, Tracer, some
 
 import minirt
+from minirt.vectors import Floats
 
 #: Rays whose t may differ from minirt's by more than single precision: those along edges.
 _STRAY = 0.01
 
+_EVERYBODY = pytest.mark.parametrize("tracer", TRACERS)
 
-@pytest.mark.parametrize("tracer", TRACERS)
+
+@_EVERYBODY
 @pytest.mark.parametrize("case", CASES)
 def test_first_hits(case: str, tracer: str, benchmark: Any) -> None:
     who = TRACERS[tracer]
     _skip_unless_it_can(who, case, tracer)
     scene = scene_of(case)
     rays = min(who.rays, scene.screen.nx * scene.screen.ny)
-    trace = who.prepare(scene, rays)
-    answer = benchmark.pedantic(trace, rounds=3, warmup_rounds=1)
-    benchmark.extra_info.update(case=case, tracer=tracer, rays=rays, primitives=count(case))
+    answer = benchmark.pedantic(who.prepare(scene, rays), rounds=3, warmup_rounds=1)
+    kind = "spheres" if case in SPHERES else "triangles"
+    _note(benchmark, case, tracer, kind, rays, count(case))
+    expected = minirt.render(scene, quantities="t")["t"].ravel()[slice(*some(scene, rays))]
+    _judge(answer, expected)
+
+
+@_EVERYBODY
+def test_incoherent_rays(tracer: str, benchmark: Any) -> None:
+    who, scene = TRACERS[tracer], scene_of(INCOHERENT)
+    _skip_unless_it_can(who, INCOHERENT, tracer)
+    if who.shoot is None:
+        pytest.skip(f"{tracer}: takes no rays that are not an image's")
+    rays = min(who.rays, 100_000)
+    P0, d = (np.ascontiguousarray(each.T) for each in incoherent_rays(scene, rays))
+    first_hits = who.shoot(scene)
+    answer = benchmark.pedantic(first_hits, (P0, d), rounds=3, warmup_rounds=1)
+    _note(benchmark, "mesh, 82k, no order", tracer, "incoherent", rays, count(INCOHERENT))
+    _judge(answer, minirt.RT(scene, P0.T, d.T).t)
+
+
+@_EVERYBODY
+@pytest.mark.parametrize("case", IMAGES)
+def test_whole_images(case: str, tracer: str, benchmark: Any) -> None:
+    who, scene = TRACERS[tracer], scene_of(case)
+    _skip_unless_it_can(who, case, tracer)
+    if who.draw is None:
+        pytest.skip(f"{tracer}: does not shade by these rules")
+    benchmark.pedantic(who.draw(scene), rounds=3, warmup_rounds=1)
+    pixels = scene.screen.nx * scene.screen.ny
+    _note(benchmark, case, tracer, "image", pixels, count(case))
+
+
+def _note(benchmark: Any, case: str, tracer: str, kind: str, rays: int, primitives: int) -> None:
+    benchmark.extra_info.update(
+        case=case, tracer=tracer, kind=kind, rays=rays, primitives=primitives
+    )
+
+
+def _judge(answer: Floats | None, expected: Floats) -> None:
+    """Whoever tells lengths tells the right ones."""
     if answer is not None:
-        expected = minirt.render(scene, quantities="t")["t"].ravel()[slice(*some(scene, rays))]
         near = np.isclose(answer, expected, rtol=1e-4, equal_nan=True)
         assert near.mean() > 1 - _STRAY
 

@@ -7,8 +7,10 @@ import importlib.util
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import TypeAlias
 
 import numpy as np
 import trimesh
@@ -16,13 +18,18 @@ import trimesh
 import minirt
 from converters.placement import fitted_placement
 from converters.povray import povray_scene
+from minirt.geometry import Geometry
 from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Scene, Sphere
+from minirt.trace import nearest
 from minirt.vectors import Floats
 from reference.renderers.llvm import find_llvm
 from reference.renderers.mitsuba_world import load_world, start
 from reference.renderers.povray_run import find_povray
+
+#: Of a scene: t of the first hits of rays, whose origins are (3,) or (n, 3), directions (n, 3).
+Shoot: TypeAlias = Callable[[Scene], Callable[[Floats, Floats], Floats | None]]
 
 
 @dataclass(frozen=True)
@@ -41,6 +48,12 @@ class Tracer:
         Primitives beyond which it would take too long; 0 where it has no such primitive.
     rays : int
         How many rays it is given at most: slow ones get fewer, and are judged by the ray.
+    shoot : callable or None
+        As `prepare`, of a scene alone: what it gives is called with the origins and the directions
+        of any rays, (n, 3). None where it draws images only.
+    draw : callable or None
+        As `prepare`, of a scene alone: draws the whole image, with shadows and mirrors. None where
+        it follows other rules.
     """
 
     lacking: Callable[[], str | None]
@@ -48,6 +61,8 @@ class Tracer:
     most_spheres: int = 10_000
     most_triangles: int = 2_000_000
     rays: int = 640 * 480
+    shoot: Shoot | None = None
+    draw: Callable[[Scene], Callable[[], object]] | None = None
 
 
 def some(scene: Scene, rays: int) -> tuple[int, int]:
@@ -56,9 +71,30 @@ def some(scene: Scene, rays: int) -> tuple[int, int]:
     return start, start + rays
 
 
+def _pixels(shoot: Shoot) -> Callable[[Scene, int], Callable[[], Floats | None]]:
+    """`prepare` of one that takes any rays: their directions are computed while it is timed."""
+
+    def prepare(scene: Scene, rays: int) -> Callable[[], Floats | None]:
+        first_hits = shoot(scene)
+        P0, pixels = np.array(scene.screen.P0), np.arange(*some(scene, rays))
+        return lambda: first_hits(P0, primary_directions(scene, SLIDES, pixels).T)
+
+    return prepare
+
+
 def _minirt(scene: Scene, rays: int) -> Callable[[], Floats | None]:
     minirt.render(scene, quantities="t")  # builds the trees
     return lambda: minirt.render(scene, quantities="t")["t"].ravel()
+
+
+def _minirt_shoots(scene: Scene) -> Callable[[Floats, Floats], Floats | None]:
+    geometry = Geometry.of(scene)
+
+    def first_hits(P0: Floats, d: Floats) -> Floats:
+        return nearest(geometry, SLIDES, P0.T, d.T, 0.0).t
+
+    first_hits(np.array([scene.screen.P0]), np.ones((1, 3)))  # builds the trees
+    return first_hits
 
 
 def _plain_loop(scene: Scene, rays: int) -> Callable[[], Floats | None]:
@@ -96,31 +132,31 @@ def _plain_loop(scene: Scene, rays: int) -> Callable[[], Floats | None]:
     return trace
 
 
-def _trimesh(engine: str) -> Callable[[Scene, int], Callable[[], Floats | None]]:
-    def prepare(scene: Scene, rays: int) -> Callable[[], Floats | None]:
+def _trimesh(engine: str, located: bool = True) -> Shoot:
+    """trimesh with one of its engines: where the hits are, or no more than which faces."""
+
+    def shoot(scene: Scene) -> Callable[[Floats, Floats], Floats | None]:
         (thing,) = scene.objects
         assert not isinstance(thing, Sphere)
         mesh = trimesh.Trimesh(thing.vertices, thing.faces, process=False)
         tracer = importlib.import_module(f"trimesh.ray.{engine}").RayMeshIntersector(mesh)
-        P0 = np.array(scene.screen.P0)
 
-        def trace() -> Floats:
-            d = np.ascontiguousarray(
-                primary_directions(scene, SLIDES, np.arange(*some(scene, rays))).T
-            )
+        def first_faces(P0: Floats, d: Floats) -> None:
+            tracer.intersects_first(np.broadcast_to(P0, d.shape), d)
+
+        def first_hits(P0: Floats, d: Floats) -> Floats:
             origins = np.broadcast_to(P0, d.shape)
             points, ray, _ = tracer.intersects_location(origins, d, multiple_hits=False)
-            t = np.full(rays, np.inf)
-            t[ray] = np.linalg.norm(points - P0, axis=1) / np.linalg.norm(d[ray], axis=1)
+            t = np.full(len(d), np.inf)
+            t[ray] = np.linalg.norm(points - origins[ray], axis=1) / np.linalg.norm(d[ray], axis=1)
             return t
 
-        trace()
-        return trace
+        return first_hits if located else first_faces
 
-    return prepare
+    return shoot
 
 
-def _raysect(scene: Scene, rays: int) -> Callable[[], Floats | None]:
+def _raysect(scene: Scene) -> Callable[[Floats, Floats], Floats | None]:
     core, shapes = (importlib.import_module(f"raysect.{part}") for part in ("core", "primitive"))
     world = core.World()
     for thing in scene.objects:
@@ -129,30 +165,48 @@ def _raysect(scene: Scene, rays: int) -> Callable[[], Floats | None]:
         else:
             shapes.Mesh(thing.vertices, thing.faces, smoothing=False, parent=world)
     world.build_accelerator()
-    origin = core.Point3D(*scene.screen.P0)
 
-    def trace() -> Floats:
-        t = np.full(rays, np.inf)
-        for k, d in enumerate(primary_directions(scene, SLIDES, np.arange(*some(scene, rays))).T):
-            hit = world.hit(core.Ray(origin, core.Vector3D(*d)))
+    def first_hits(P0: Floats, d: Floats) -> Floats:
+        t = np.full(len(d), np.inf)
+        one = repeat(core.Point3D(*P0)) if P0.ndim == 1 else (core.Point3D(*point) for point in P0)
+        for k, (origin, direction) in enumerate(zip(one, d, strict=False)):
+            hit = world.hit(core.Ray(origin, core.Vector3D(*direction)))
             if hit is not None:
                 t[k] = hit.ray_distance
         return t
 
-    return trace
+    return first_hits
 
 
-def _povray(scene: Scene, rays: int) -> Callable[[], Floats | None]:
+def _povray(scene: Scene, quality: str) -> Callable[[], Floats | None]:
     folder = Path(mkdtemp(prefix="minirt-bench-"))
     (folder / "scene.pov").write_text(povray_scene(scene), encoding="utf-8")
     program = str(find_povray())
     size = [f"+W{scene.screen.nx}", f"+H{scene.screen.ny}"]
-    switches = ["+Iscene.pov", "+Oscene.png", "-A", "-D", "-V", "-P", "+WT1", "+Q0"]
+    switches = ["+Iscene.pov", "+Oscene.png", "-A", "-D", "-V", "-P", "+WT1", quality]
 
     def draw() -> None:
         subprocess.run([program, *switches, *size], cwd=folder, check=True, capture_output=True)
 
     return draw
+
+
+def _mitsuba_shoots(variant: str) -> Shoot:
+    """All rays in one call: for a vectorised variant."""
+
+    def shoot(scene: Scene) -> Callable[[Floats, Floats], Floats | None]:
+        mi, dr = start(variant)
+        placement = fitted_placement(scene)
+        world = load_world(mi, dr, scene, Path(mkdtemp(prefix="minirt-bench-")), placement)
+
+        def first_hits(P0: Floats, d: Floats) -> Floats:
+            origins = placement.points(P0).T.astype(np.float32)
+            ray = mi.Ray3f(mi.Point3f(origins), mi.Vector3f(d.T.astype(np.float32)))
+            return np.array(world.scene.ray_intersect_preliminary(ray).t, dtype=np.float64)
+
+        return first_hits
+
+    return shoot
 
 
 def _mitsuba(variant: str) -> Callable[[Scene, int], Callable[[], Floats | None]]:
@@ -190,23 +244,37 @@ def _no_llvm() -> str | None:
 
 _MITSUBA = _package("mitsuba", "pip install 'minirt[mitsuba]'")
 
+_RTREE = _package("rtree", "pip install rtree")
+_EMBREE = _package("embreex", "pip install 'minirt[embree]'")
+_RAYSECT = _package("raysect", "pip install raysect")
+_OF_EMBREE, _OF_EMBREES_FACES = _trimesh("ray_pyembree"), _trimesh("ray_pyembree", located=False)
+_OF_TRIMESH = _trimesh("ray_triangle")
+
 TRACERS: dict[str, Tracer] = {
-    "minirt": Tracer(_always, _minirt),
-    "plain loop": Tracer(_always, _plain_loop, most_triangles=100_000, rays=640 * 16),
-    "raysect": Tracer(_package("raysect", "pip install raysect"), _raysect, rays=640 * 48),
-    "POV-Ray, one core": Tracer(_no_povray, _povray, most_triangles=400_000),
-    "Embree by trimesh": Tracer(
-        _package("embreex", "pip install 'minirt[embree]'"), _trimesh("ray_pyembree"), 0
+    "minirt": Tracer(
+        _always,
+        _minirt,
+        shoot=_minirt_shoots,
+        draw=lambda scene: lambda: minirt.render(scene, quantities="color"),
     ),
-    "trimesh's own": Tracer(
-        _package("rtree", "pip install rtree"),
-        _trimesh("ray_triangle"),
-        0,
-        most_triangles=100_000,
-        rays=640,
+    "plain loop": Tracer(_always, _plain_loop, most_triangles=100_000, rays=640 * 16),
+    "raysect": Tracer(_RAYSECT, _pixels(_raysect), rays=640 * 48, shoot=_raysect),
+    "POV-Ray": Tracer(
+        _no_povray,
+        lambda scene, rays: _povray(scene, "+Q0"),
+        most_triangles=400_000,
+        draw=lambda scene: _povray(scene, "+Q9"),
+    ),
+    "Embree": Tracer(_EMBREE, _pixels(_OF_EMBREE), 0, shoot=_OF_EMBREE),
+    "Embree, faces only": Tracer(_EMBREE, _pixels(_OF_EMBREES_FACES), 0, shoot=_OF_EMBREES_FACES),
+    "trimesh": Tracer(
+        _RTREE, _pixels(_OF_TRIMESH), 0, most_triangles=100_000, rays=640, shoot=_OF_TRIMESH
     ),
     "Mitsuba scalar": Tracer(_MITSUBA, _mitsuba("scalar_rgb")),
     "Mitsuba LLVM": Tracer(
-        lambda: _MITSUBA() or _no_llvm(), _mitsuba("llvm_ad_rgb"), most_spheres=1_000
+        lambda: _MITSUBA() or _no_llvm(),
+        _mitsuba("llvm_ad_rgb"),
+        most_spheres=1_000,
+        shoot=_mitsuba_shoots("llvm_ad_rgb"),
     ),
 }

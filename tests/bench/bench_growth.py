@@ -1,0 +1,96 @@
+"""What minirt's own time grows with, one thing after the other: `make bench`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bench_cases import BALLS, INCOHERENT, count, image_scene, incoherent_rays, scene_of
+
+import minirt
+from minirt.geometry import Geometry
+from minirt.rules import SLIDES
+from minirt.trace import nearest
+
+#: Renders the largest mesh in a process of its own, and prints the most memory that it had.
+_MEMORY = """
+import resource, minirt
+from bench_cases import scene_of
+minirt.render(scene_of("mesh, 1.3M"), quantities="t")
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""
+
+
+def _rays(n: int) -> Callable[[], object]:
+    scene = scene_of(INCOHERENT)
+    P0, d = incoherent_rays(scene, n)
+    geometry = Geometry.of(scene)
+    return lambda: nearest(geometry, SLIDES, P0, d, 0.0)
+
+
+def _depth(n: int) -> Callable[[], object]:
+    document = minirt.load_scene("atlas:hall-of-mirrors").to_dict()
+    scene = minirt.load_scene({**document, "max_depth": n})
+    return lambda: minirt.render(scene, quantities="color")
+
+
+def _pixels(n: int) -> Callable[[], object]:
+    height = round((n * 3 / 4) ** 0.5)
+    scene = image_scene(25, (n // height, height))
+    return lambda: minirt.render(scene, quantities="color")
+
+
+def _scenes(n: int) -> Callable[[], object]:
+    def every() -> None:
+        for seed in range(n):
+            minirt.render(image_scene(25, (64, 48), seed))
+
+    return every
+
+
+def _tree(case: str) -> Callable[[], object]:
+    scene = scene_of(case)
+
+    def build() -> object:
+        triangles = Geometry.of(replace(scene)).triangles  # a scene that nobody has seen yet
+        return triangles.tree, triangles.patches
+
+    return build
+
+
+GROWTH: list[tuple[str, int, Callable[[], Callable[[], object]]]] = [
+    *(("rays without order", n, lambda n=n: _rays(n)) for n in (1_000, 4_000, 16_000, 64_000)),
+    *(("recursion depth", n, lambda n=n: _depth(n)) for n in (1, 2, 4, 8, 16)),
+    *(("pixels", n, lambda n=n: _pixels(n)) for n in (3_072, 12_288, 49_152, 196_608, 786_432)),
+    *(("scenes", n, lambda n=n: _scenes(n)) for n in (1, 2, 4, 8, 16)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("over", "n", "prepare"), GROWTH, ids=[f"{o}, {n}" for o, n, _ in GROWTH])
+def test_growth(
+    over: str, n: int, prepare: Callable[[], Callable[[], object]], benchmark: Any
+) -> None:
+    benchmark.pedantic(prepare(), rounds=3, warmup_rounds=1)
+    benchmark.extra_info.update(over=over, size=n)
+
+
+@pytest.mark.parametrize("case", BALLS)
+def test_tree(case: str, benchmark: Any) -> None:
+    benchmark.pedantic(_tree(case), rounds=3, warmup_rounds=1)
+    benchmark.extra_info.update(over="triangles, their tree built", size=count(case))
+
+
+def test_memory(benchmark: Any) -> None:
+    command = [sys.executable, "-c", _MEMORY]
+    folder = Path(__file__).parent
+    said = benchmark.pedantic(
+        lambda: subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True),
+        rounds=1,
+    ).stdout
+    assert int(said) > 0
+    benchmark.extra_info.update(memory=int(said))
