@@ -32,7 +32,7 @@ test: $(READY) $(TESTABLE)  ## lint, format, types, architecture, tests
 	$(BIN)/pytest -n $(JOBS)
 
 bench: $(READY) $(TESTABLE)  ## minirt's speed beside that of whatever else is here
-	$(BIN)/pytest tests/bench/bench_first_hits.py -c tests/bench/pytest.toml --benchmark-json=bench.json
+	$(BIN)/pytest tests/bench -c tests/bench/pytest.toml --benchmark-json=bench.json
 	$(BIN)/python tests/bench/bench_table.py bench.json
 
 setup: $(READY)  ## only set up .venv

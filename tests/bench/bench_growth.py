@@ -6,7 +6,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,11 +16,10 @@ from minirt.geometry import Geometry
 from minirt.rules import SLIDES
 from minirt.trace import nearest
 
-#: Renders the largest mesh in a process of its own, and prints the most memory that it had.
+#: Loads and renders a scene in a process of its own, and prints the most memory that it had.
 _MEMORY = """
-import resource, minirt
-from bench_cases import scene_of
-minirt.render(scene_of("mesh, 1.3M"), quantities="t")
+import resource, sys, minirt
+minirt.render(minirt.load_scene(sys.argv[1]), quantities="t")
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """
 
@@ -86,11 +84,10 @@ def test_tree(case: str, benchmark: Any) -> None:
 
 
 def test_memory(benchmark: Any) -> None:
-    command = [sys.executable, "-c", _MEMORY]
-    folder = Path(__file__).parent
-    said = benchmark.pedantic(
-        lambda: subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True),
-        rounds=1,
-    ).stdout
+    scene = scene_of(list(BALLS)[-1])
+    file = scene.folder / "scene.json"
+    file.write_text(scene.canonical_json, encoding="utf-8")
+    command = [sys.executable, "-c", _MEMORY, str(file)]
+    said = benchmark.pedantic(subprocess.check_output, (command,), {"text": True}, rounds=1)
     assert int(said) > 0
     benchmark.extra_info.update(memory=int(said))

@@ -1,67 +1,135 @@
-"""`python bench_table.py FILE`: what pytest-benchmark measured, as a table and as exponents."""
+"""`python bench_table.py FILE`: what pytest-benchmark measured goes into print, package and README.
+
+The package's part is `reports/speed/speed.json`, whose form `reports.speed.results` documents, and
+`speed.svg`, drawn from it.
+"""
 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterable
+from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-#: Cases over whose sizes the cost of minirt is fitted, by kind.
-_FITTED = {
-    "spheres, 100 to 10k": ("100 spheres", "1k spheres", "10k spheres"),
-    "triangles, 5k to 1.3M": ("mesh, 5k", "mesh, 82k", "mesh, 328k", "mesh, 1.3M"),
+from reference.renderers.povray_run import find_povray, povray_version
+from reports.provenance import provenance
+from reports.speed import table
+from reports.speed.plot import plot_svg
+from reports.speed.results import Case, Growth, Kind, Speed, fitted, speed_json
+
+ROOT = Path(__file__).parents[2]
+#: Between these lines the README has what was measured.
+README = re.compile(r"(<!-- speed -->\n).*?(<!-- /speed -->\n)", re.DOTALL)
+#: Cases over whose primitives the cost of minirt is fitted.
+_FITTED: dict[str, tuple[Kind, int, str]] = {
+    "spheres": ("spheres", 100, ""),
+    "triangles": ("triangles", 1, "mesh"),
 }
+_PACKAGES = ("raysect", "trimesh", "embreex", "rtree", "mitsuba")
 
-#: Millions of rays a second by case and tracer.
-Rates = dict[str, dict[str, float]]
+Benchmarks = list[dict[str, Any]]
 
 
-def rates_of(measured: Iterable[dict[str, Any]]) -> tuple[Rates, dict[str, int]]:
-    """The rates by the median time, and how many primitives each case has."""
-    rates: Rates = {}
-    sizes: dict[str, int] = {}
+def speed_of(measured: Benchmarks) -> Speed:
+    """What was measured, as the document has it; seconds are medians."""
+    stamp = provenance()
+    cases = cases_of(measured)
+    return Speed(
+        minirtSpeed=1,
+        started=stamp.started,
+        commit=stamp.commit,
+        cpu=stamp.cpu,
+        cores=stamp.cores,
+        system=stamp.system,
+        versions={**stamp.versions, **dict(_peers())},
+        tracers=list(dict.fromkeys(name for case in cases for name in case.rates)),
+        cases=cases,
+        growth=[*_over_primitives(cases), *_over_others(measured)],
+        memory=next(
+            (m["extra_info"]["memory"] for m in measured if "memory" in m["extra_info"]), None
+        ),
+    )
+
+
+def cases_of(measured: Benchmarks) -> list[Case]:
+    """Every case with the rates of all who were measured on it."""
+    found: dict[str, dict[str, Any]] = {}
     for each in measured:
         info = each["extra_info"]
-        rate = info["rays"] / each["stats"]["median"] / 1e6
-        rates.setdefault(info["case"], {})[info["tracer"]] = rate
-        sizes[info["case"]] = info["primitives"]
-    return rates, sizes
+        if "case" in info:
+            case = found.setdefault(info["case"], {**info, "rates": {}})
+            case["rates"][info["tracer"]] = float(f"{info['rays'] / _median(each):.4g}")
+    return [
+        Case(name=name, kind=case["kind"], primitives=case["primitives"], rates=case["rates"])
+        for name, case in found.items()
+    ]
 
 
-def exponent(rates: Rates, sizes: dict[str, int], cases: Iterable[str]) -> float | None:
-    """k of time ∝ Nᵏ for minirt; None where fewer than two of the cases were measured."""
-    known = [case for case in cases if "minirt" in rates.get(case, {})]
-    if len(known) < 2:
-        return None
-    n = np.log([sizes[case] for case in known])
-    seconds = -np.log([rates[case]["minirt"] for case in known])
-    return float(np.polyfit(n, seconds, 1)[0])
+def _over_primitives(cases: Iterable[Case]) -> Iterable[Growth]:
+    """For as many rays among ever more primitives: seconds a million rays."""
+    for over, (kind, least, begin) in _FITTED.items():
+        known = [
+            (case.primitives, float(f"{1e6 / case.rates['minirt']:.4g}"))
+            for case in cases
+            if case.kind == kind and case.primitives >= least
+            and case.name.startswith(begin) and "minirt" in case.rates
+        ]  # fmt: skip
+        if len(known) > 1:
+            yield fitted(over, *zip(*known, strict=True))
+
+
+def _over_others(measured: Benchmarks) -> Iterable[Growth]:
+    found: dict[str, list[tuple[int, float]]] = {}
+    for each in measured:
+        info = each["extra_info"]
+        if "over" in info:
+            found.setdefault(info["over"], []).append((info["size"], _median(each)))
+    return [fitted(over, *zip(*known, strict=True)) for over, known in found.items()]
+
+
+def _median(each: dict[str, Any]) -> float:
+    return float(f"{each['stats']['median']:.4g}")
+
+
+def _peers() -> Iterable[tuple[str, str]]:
+    for name in _PACKAGES:
+        if find_spec(name):
+            yield name, metadata.version(name)
+    if find_povray():
+        yield "POV-Ray", povray_version().removeprefix("POV-Ray ")
+
+
+def _print(speed: Speed) -> None:
+    shown = Table(*table.heading(speed), title=table.origin(speed))
+    for column in shown.columns[1:]:
+        column.justify = "right"
+    for row in table.rows(speed):
+        shown.add_row(*row)
+    console = Console(width=None if sys.stdout.isatty() else 180)
+    console.print(shown)
+    for sentence in table.sentences(speed):
+        console.print(sentence, highlight=False)
 
 
 def main(path: Path) -> None:
-    """Print both."""
-    rates, sizes = rates_of(json.loads(path.read_bytes())["benchmarks"])
-    tracers = list(dict.fromkeys(name for row in rates.values() for name in row))
-    table = Table(title="millions of rays a second")
-    table.add_column("case")
-    for name in (*tracers, "× plain loop"):
-        table.add_column(name, justify="right")
-    for case, row in rates.items():
-        cells = [f"{row[name]:.3g}" if name in row else "–" for name in tracers]
-        loop = row.get("plain loop")
-        table.add_row(case, *cells, f"{row['minirt'] / loop:.3g}" if loop else "–")
-    console = Console(width=None if sys.stdout.isatty() else 140)
-    console.print(table)
-    for kind, cases in _FITTED.items():
-        k = exponent(rates, sizes, cases)
-        if k is not None:
-            console.print(f"minirt: time ∝ N^{k:.2f} for {kind}")
+    """Print it all, and put it where it is shown from."""
+    speed = speed_of(json.loads(path.read_bytes())["benchmarks"])
+    _print(speed)
+    folder, readme = ROOT / "reports" / "speed", ROOT / "README.md"
+    (folder / "speed.json").write_text(speed_json(speed), encoding="utf-8")
+    (folder / "speed.svg").write_text(plot_svg(speed), encoding="utf-8")
+    text = README.sub(
+        lambda found: found[1] + table.markdown(speed) + found[2],
+        readme.read_text(encoding="utf-8"),
+    )
+    readme.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,1 @@
+"""How fast minirt is, beside others, as `make bench` measured it last: `speed.json`."""
