@@ -39,6 +39,9 @@ from reports.page_scene import against, look_at, names_of, scene_entry
 from reports.page_template import template
 from reports.record import Run, programs
 from reports.rule_names import RULE_NAMES
+from reports.speed import table
+from reports.speed.plot import plot_of
+from reports.speed.results import measured
 from reports.words import count, figure, icon, worst_in_words
 
 #: The parts of the page's script, in the order in which they need each other.
@@ -90,6 +93,7 @@ def report_html(run: Run) -> str:
         viridis=[css(color) for color in viridis(16)],
         kappa=f"{KAPPA:g}",
         floor=f"{CERTAIN_FLOOR:.0%}",
+        speed=None if run.judged else _speed(),
         pool=pool,
         count=count,
     )
@@ -116,6 +120,19 @@ def _failing(run: Run) -> list[dict[str, Any]]:
 def _ordered(results: Sequence[SceneResult]) -> list[tuple[int, SceneResult]]:
     numbered = list(enumerate(results, start=1))
     return sorted(numbered, key=lambda entry: _ORDER.index(scene_state(entry[1])))
+
+
+def _speed() -> dict[str, Any]:
+    """What ships of `make bench`, which is not this run's."""
+    speed = measured()
+    return {
+        "plot": plot_of(speed),
+        "heading": table.heading(speed),
+        "rows": table.rows(speed),
+        "sentences": list(table.sentences(speed)),
+        "origin": table.origin(speed),
+        "versions": table.versions(speed),
+    }
 
 
 def _filters(run: Run) -> list[tuple[str, str]]:

@@ -83,7 +83,7 @@ def plot_of(speed: Speed) -> Plot:
 
 def plot_svg(speed: Speed) -> str:
     """The drawing as a file of its own, for light and dark."""
-    return template("speed.svg.j2").render(plot=plot_of(speed), colors=len(speed.tracers))
+    return template("speed.svg.j2").render(plot=plot_of(speed))
 
 
 def _panel(kind: Kind, cases: Sequence[Case], tracers: Sequence[str], decades: range) -> Panel:

@@ -17,8 +17,8 @@ from pydantic import Field
 from reports.json_model import Model, Natural
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-#: What a case varies: the number of spheres or of triangles, the rays' order, or a whole image.
-Kind = Literal["spheres", "triangles", "incoherent", "image"]
+#: Ever more spheres; one mesh in ever more triangles; another mesh; rays without order; an image.
+Kind = Literal["spheres", "triangles", "mesh", "incoherent", "image"]
 
 
 class Case(Model):

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from reports.speed.results import Growth, Speed
 from reports.words import count
 
+#: What the growth of the time to build a tree is over.
+TREE = "triangles, their tree built"
 #: Peers whose rate is set beside minirt's as a ratio.
 _RATIOS = ("plain loop", "raysect")
 
@@ -42,9 +44,13 @@ def sentences(speed: Speed) -> Iterator[str]:
 
 
 def origin(speed: Speed) -> str:
-    """Where and when, and by which versions."""
-    versions = ", ".join(f"{name} {version}" for name, version in speed.versions.items())
-    return f"{speed.cpu}, {count(speed.cores, 'core')}, {speed.started[:10]}; {versions}."
+    """Where and when."""
+    return f"{speed.cpu}, {count(speed.cores, 'core')}, {speed.started[:10]}"
+
+
+def versions(speed: Speed) -> str:
+    """Of everybody who was measured."""
+    return ", ".join(f"{name} {version}" for name, version in speed.versions.items())
 
 
 def markdown(speed: Speed) -> str:
@@ -52,11 +58,9 @@ def markdown(speed: Speed) -> str:
     head = heading(speed)
     lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows(speed)]
     table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    return f"{table}\n\n{' '.join(sentences(speed))} Measured on {origin(speed)}\n"
-
-
-#: What the growth of the time to build a tree is over.
-TREE = "triangles, their tree built"
+    return (
+        f"{table}\n\n{' '.join(sentences(speed))} Measured on {origin(speed)}: {versions(speed)}.\n"
+    )
 
 
 def _growth_in_words(growth: Growth) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench_cases import CASES, IMAGES, INCOHERENT, SPHERES, count, incoherent_rays, scene_of
+from bench_cases import BALLS, CASES, IMAGES, INCOHERENT, SPHERES, count, incoherent_rays, scene_of
 from bench_tracers import TRACERS, Tracer, some
 
 import minirt
@@ -26,7 +26,7 @@ def test_first_hits(case: str, tracer: str, benchmark: Any) -> None:
     scene = scene_of(case)
     rays = min(who.rays, scene.screen.nx * scene.screen.ny)
     answer = benchmark.pedantic(who.prepare(scene, rays), rounds=3, warmup_rounds=1)
-    kind = "spheres" if case in SPHERES else "triangles"
+    kind = "spheres" if case in SPHERES else "triangles" if case in BALLS else "mesh"
     _note(benchmark, case, tracer, kind, rays, count(case))
     expected = minirt.render(scene, quantities="t")["t"].ravel()[slice(*some(scene, rays))]
     _judge(answer, expected)

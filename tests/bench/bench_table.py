@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from bench_tracers import TRACERS
 from rich.console import Console
 from rich.table import Table
 
@@ -27,11 +28,8 @@ from reports.speed.results import Case, Growth, Kind, Speed, fitted, speed_json
 ROOT = Path(__file__).parents[2]
 #: Between these lines the README has what was measured.
 README = re.compile(r"(<!-- speed -->\n).*?(<!-- /speed -->\n)", re.DOTALL)
-#: Cases over whose primitives the cost of minirt is fitted.
-_FITTED: dict[str, tuple[Kind, int, str]] = {
-    "spheres": ("spheres", 100, ""),
-    "triangles": ("triangles", 1, "mesh"),
-}
+#: Over whose primitives the cost of minirt is fitted, from so many on.
+_FITTED: dict[Kind, int] = {"spheres": 100, "triangles": 1}
 _PACKAGES = ("raysect", "trimesh", "embreex", "rtree", "mitsuba")
 
 Benchmarks = list[dict[str, Any]]
@@ -49,7 +47,7 @@ def speed_of(measured: Benchmarks) -> Speed:
         cores=stamp.cores,
         system=stamp.system,
         versions={**stamp.versions, **dict(_peers())},
-        tracers=list(dict.fromkeys(name for case in cases for name in case.rates)),
+        tracers=[name for name in TRACERS if any(name in case.rates for case in cases)],
         cases=cases,
         growth=[*_over_primitives(cases), *_over_others(measured)],
         memory=next(
@@ -74,15 +72,14 @@ def cases_of(measured: Benchmarks) -> list[Case]:
 
 def _over_primitives(cases: Iterable[Case]) -> Iterable[Growth]:
     """For as many rays among ever more primitives: seconds a million rays."""
-    for over, (kind, least, begin) in _FITTED.items():
+    for kind, least in _FITTED.items():
         known = [
             (case.primitives, float(f"{1e6 / case.rates['minirt']:.4g}"))
             for case in cases
-            if case.kind == kind and case.primitives >= least
-            and case.name.startswith(begin) and "minirt" in case.rates
+            if case.kind == kind and case.primitives >= least and "minirt" in case.rates
         ]  # fmt: skip
         if len(known) > 1:
-            yield fitted(over, *zip(*known, strict=True))
+            yield fitted(kind, *zip(*known, strict=True))
 
 
 def _over_others(measured: Benchmarks) -> Iterable[Growth]:
