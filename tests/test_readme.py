@@ -12,8 +12,6 @@ from typing import Any
 
 import pytest
 
-import pytest
-
 import minirt
 from minirt.quantities import QUANTITIES
 from minirt.schema import key_names
