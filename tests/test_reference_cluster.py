@@ -259,6 +259,7 @@ def test_a_parcel_takes_the_meshes_along(tmp_path: Path) -> None:
 def place(dask: Dask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """A working folder with a scene and a rubric; the option that names the cluster."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MINIRT_REQUIRE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     fakes = {"honest": Honest(), "raising": Raising()}
     monkeypatch.setattr(registry, "REFERENCES", fakes)
