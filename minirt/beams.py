@@ -69,8 +69,8 @@ class Beams:
     index : (b, s) intp
         Numbers of the rays.
     P0, d : (b, 3, s) float64
-        A last axis of 1 says that all rays have the same.
     t0 : (b, s) float64
+        A last axis of 1 says that all rays have the same.
     together : (b,) bool
         Whether the rays of a beam keep so close together that `meet` can tell boxes that they
         miss. Of a single ray that does not, which has no direction, it says that all are missed.
@@ -80,7 +80,7 @@ class Beams:
         self.size, self._rays, self._first = size, rays, first
         self.index = np.minimum(first[:, None] + np.arange(size), rays.P0.shape[1] - 1)
         self.P0, self.d = _of(rays.P0, self.index), _of(rays.d, self.index)
-        self.t0 = rays.t0[self.index]
+        self.t0 = _of(rays.t0[None], self.index)[:, 0]
         slow, fast = self.d.min(axis=2), self.d.max(axis=2)
         low, high = self.P0.min(axis=2), self.P0.max(axis=2)
         speed = np.where(slow > 0, slow, np.where(fast < 0, -fast, 0.0))
@@ -185,7 +185,7 @@ def _parts(first: Index, size: int) -> Index:
 
 
 def _of(vectors: Floats, index: Index) -> Floats:
-    """Vectors (3, n) of rays (b, s), as (b, 3, s); as (b, 3, 1) where all are one."""
+    """Vectors (k, n) of rays (b, s), as (b, k, s); as (b, k, 1) where all are one."""
     if vectors.strides[1] == 0:
-        return np.broadcast_to(vectors[:, :1], (len(index), 3, 1))
-    return np.ascontiguousarray(vectors[:, index].transpose(1, 0, 2))
+        return np.broadcast_to(vectors[:, :1], (len(index), len(vectors), 1))
+    return np.ascontiguousarray(vectors.take(index, axis=1).transpose(1, 0, 2))

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minirt.beams import PAD, PARTS, Beams
-from minirt.vectors import Bools, Floats, Index
+from minirt.vectors import Bools, Floats, Index, take
 
 _WIDTH = 8
 #: Nodes of one level that a beam may meet before it is divided.
@@ -223,7 +223,7 @@ def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Inde
     (p, s) bool
     """
     d, P0, length = beams.d[which], beams.P0[which], beams.length[which]
-    center, radius = C[:, primitives], R[primitives]
+    center, radius = take(C, primitives), R[primitives]
     b = LL = size = np.zeros((len(which), 1))
     for k in range(3):
         L = center[k][:, None] - P0[:, k]

@@ -14,7 +14,7 @@ from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.screen import image_pixels
-from minirt.vectors import Floats, Index, norm
+from minirt.vectors import Floats, Index, norm, put
 from minirt.version import __version__
 from minirt.whitted import Branch, Onward, Points, Whitted, refractive
 
@@ -239,7 +239,7 @@ def _branch_tile(name: str, points: Points, branch: Branch, n: int) -> Tile:
 def _scatter(points: Points, values: Array, n: int, name: str) -> Array:
     """Values of the points at their rays, the quantity's miss value at the others."""
     quantity = QUANTITIES[name]
-    shape = (n,) if quantity.components == 1 else (quantity.components, n)
-    result = np.full(shape, quantity.miss, dtype=quantity.dtype)
-    result[..., points.rays] = values
-    return result
+    k = quantity.components
+    result = np.full((k, n), quantity.miss, dtype=quantity.dtype)
+    put(result, points.rays, values.reshape(k, len(points.rays)))
+    return result[0] if k == 1 else result

@@ -14,7 +14,7 @@ from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, visit
 from minirt.geometry import Fans, Geometry
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
-from minirt.vectors import Bools, Floats, Index, Ints
+from minirt.vectors import Bools, Floats, Index, Ints, take
 
 #: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
 _PAIRS = 65_536
@@ -61,7 +61,7 @@ class Hits:
 
     def take(self, index: Index) -> Hits:
         """Some of the answers."""
-        return Hits(*(value[index] for value in vars(self).values()))
+        return Hits(*(value.take(index) for value in vars(self).values()))
 
     def put(self, index: Index, other: Hits) -> None:
         """Overwrite some of the answers."""
@@ -209,12 +209,16 @@ class _Query:
             some = np.arange(start, min(primitives, start + size))
             yield np.repeat(every, len(some)), np.tile(some, len(every))
 
+    def _origins(self, rays: Index) -> Floats:
+        """Of some rays, (3, k); as (3, 1) where the lecture's own kernels may have one for all."""
+        one = self.culls and self.P0.strides[1] == 0
+        return self.P0[:, :1] if one else take(self.P0, rays)
+
     def _spheres(self, rays: Index, which: Index) -> Hits:
         spheres, accept = self.geometry.spheres, self.rules.in_interval
         t0, t1 = self.t0[rays], self.t1[rays]
-        near, far = self.rules.sphere(
-            self.P0[:, rays], self.d[:, rays], spheres.center[:, which], spheres.radius[which]
-        )
+        center, radius = take(spheres.center, which), spheres.radius[which]
+        near, far = self.rules.sphere(self._origins(rays), take(self.d, rays), center, radius)
         t = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
         nan = np.full(len(rays), np.nan)
         return Hits(t, spheres.object[which], np.zeros(len(rays), dtype=np.int32), nan, nan)
@@ -222,8 +226,8 @@ class _Query:
     def _triangles(self, rays: Index, which: Index) -> Hits:
         tri = self.geometry.triangles
         met = self.rules.triangle(
-            self.P0[:, rays], self.d[:, rays],
-            tri.a[:, which], tri.b[:, which], tri.c[:, which], tri.N[:, which],
+            self._origins(rays), take(self.d, rays),
+            take(tri.a, which), take(tri.b, which), take(tri.c, which), take(tri.N, which),
         )  # fmt: skip
         counts = self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])
         t = np.where(counts & (met.case == Meeting.INSIDE), met.t, np.inf)
@@ -239,10 +243,11 @@ class _Query:
 
     def _polygons_alike(self, rays: Index, fans: Fans, which: Index) -> Hits:
         """Pairs of a ray and a polygon, all with as many vertices."""
-        of = which if len(fans.object) > 1 else slice(None)
-        a, b, c, N = (v[:, :, of] for v in (*fans.corners, fans.normals))
+        a, b, c, N, p = (*fans.corners, fans.normals, fans.plane)
+        if len(fans.object) > 1:
+            a, b, c, N, p = (v.take(which, axis=-1) for v in (a, b, c, N, p))
         met = self.rules.polygon(
-            self.P0[:, rays], self.d[:, rays], (a, b, c), N, fans.plane[:, of],
+            self._origins(rays), take(self.d, rays), (a, b, c), N, p,
             self.rules.plane, self.rules.triangle,
         )  # fmt: skip
         counts = (met.triangle >= 0) & self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])

@@ -49,3 +49,20 @@ def unit(a: Floats) -> Floats:
 def column(a: Any) -> Floats:
     """A vector (3,) as the column (3, 1) that broadcasts against (3, n)."""
     return np.asarray(a, dtype=np.float64).reshape(3, 1)
+
+
+def take(v: Floats, index: Index) -> Floats:
+    """Some (3, k) of vectors (3, n): ``v[:, index]``, in a fraction of its time.
+
+    Where one vector stands for all n, it stands for all k.
+    """
+    if v.strides[1] == 0:
+        return np.broadcast_to(v[:, :1], (len(v), len(index)))
+    some: Floats = v.take(index, axis=1)
+    return some
+
+
+def put(v: Floats, index: Index, values: Floats) -> None:
+    """Overwrite some of vectors (3, n): ``v[:, index] = values``, in a fraction of its time."""
+    for row, value in zip(v, values, strict=True):
+        row[index] = value

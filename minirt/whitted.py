@@ -14,7 +14,7 @@ from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.shading import Surfaces, in_total_reflection, object_materials
 from minirt.trace import Hits, nearest, occluded
-from minirt.vectors import Bools, Floats, Index, column, dot, norm
+from minirt.vectors import Bools, Floats, Index, column, dot, norm, put, take
 
 Signature = NDArray[np.uint64]
 _PRIME = np.uint64(1099511628211)  # multiplier of the 64-bit FNV hash
@@ -49,10 +49,10 @@ class Points:
         """Some of the points."""
         return Points(
             self.rays[index],
-            self.M[:, index],
-            self.delta[:, index],
-            self.normal[:, index],
-            self.s[:, index],
+            take(self.M, index),
+            take(self.delta, index),
+            take(self.normal, index),
+            take(self.s, index),
             self.hits.take(index),
             self.material.take(index),
         )
@@ -73,8 +73,8 @@ class Branch:
     def take(self, index: Index) -> Branch:
         """Some of the rays."""
         return Branch(
-            self.origin[:, index],
-            self.direction[:, index],
+            take(self.origin, index),
+            take(self.direction, index),
             self.hits.take(index),
             self.length[index],
         )
@@ -151,8 +151,8 @@ class Whitted:
         """The surface points of those rays (3, n) that hit something. Source: S4."""
         rays = np.flatnonzero(hits.object >= 0)
         hits = hits.take(rays)
-        d = d[:, rays]
-        M = self.rules.point_at(P0[:, rays], d, hits.t)
+        d = take(d, rays)
+        M = self.rules.point_at(take(P0, rays), d, hits.t)
         normal = self._normals(M, hits)
         s = self.optical_normal(normal, hits)
         return Points(rays, M, d / norm(d), normal, s, hits, self.materials.take(hits.object))
@@ -162,14 +162,15 @@ class Whitted:
         normal = np.full_like(M, np.nan)
         kind, first = geometry.kind[hits.object], geometry.first[hits.object]
         on = np.flatnonzero(kind == Kind.SPHERE)
-        normal[:, on] = self.rules.sphere_normal(M[:, on], geometry.spheres.center[:, first[on]])
+        centers = take(geometry.spheres.center, first[on])
+        put(normal, on, self.rules.sphere_normal(take(M, on), centers))
         on = np.flatnonzero(kind == Kind.TRIANGLES)
         which = first[on] + hits.triangle[on]
-        normal[:, on] = self.rules.face_normal(geometry.triangles.N[:, which])
+        put(normal, on, self.rules.face_normal(take(geometry.triangles.N, which)))
         for fans in geometry.fans:
             on = np.flatnonzero(kind == Kind.POLYGON)
             on = on[fans.place[first[on]] >= 0]
-            normal[:, on] = self.rules.face_normal(fans.plane[:, fans.place[first[on]]])
+            put(normal, on, self.rules.face_normal(take(fans.plane, fans.place[first[on]])))
         return normal
 
     def shadow(self, points: Points) -> Bools:
@@ -192,12 +193,12 @@ class Whitted:
         nu, nu_t = self.rules.indices(points.material.ior, leaving)
         direction = self.rules.refract(points.delta, points.s, nu, nu_t)
         passing = np.flatnonzero(~np.isnan(direction[0]))
-        some = self._leave(points.take(passing), direction[:, passing])
+        some = self._leave(points.take(passing), take(direction, passing))
         hits, length = Hits.none(leaving.shape), np.full(leaving.shape, np.inf)
         hits.put(passing, some.hits)
         length[passing] = some.length
         origin = points.M.copy()
-        origin[:, passing] = some.origin
+        put(origin, passing, some.origin)
         return Branch(origin, direction, hits, length)
 
     def _leave(self, points: Points, direction: Floats) -> Branch:
@@ -224,7 +225,7 @@ class Whitted:
         signature = np.full(n, generation, dtype=np.uint64)
         if len(points.rays):
             color, path = self._point_color(points, generation, onward)
-            result[:, points.rays] = color
+            put(result, points.rays, color)
             signature[points.rays] = path
         return result, signature
 
@@ -244,11 +245,13 @@ class Whitted:
             shiny, passing = np.flatnonzero(k_r > 0), np.flatnonzero(~total[transparent])
             if len(shiny):
                 back = self._reflected_of(points, shiny, onward)
-                mirrored[:, shiny], far = self._branch_color(back, generation)
+                color, far = self._branch_color(back, generation)
+                put(mirrored, shiny, color)
                 path[shiny] = _mix(path[shiny], far)
             if len(passing):
                 on = transparent[passing]
-                transmitted[:, on], far = self._branch_color(through.take(passing), generation)
+                color, far = self._branch_color(through.take(passing), generation)
+                put(transmitted, on, color)
                 path[on] = _mix(path[on], far)
         local = self.local_color(points, dark)
         return self.rules.combine(local, mirrored, transmitted, k_r, k_t), _mix(path, total)

@@ -43,7 +43,7 @@ from minirt.render import (
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest
-from minirt.vectors import Bools, Floats, Index, cross, dot, norm, unit
+from minirt.vectors import Bools, Floats, Index, cross, dot, norm, take, unit
 from minirt.whitted import Points, Whitted
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.surfaces import PerSurface, Surfaces, warp
@@ -318,7 +318,7 @@ class Displaced(Restarted):
     def _settle_contested(self, P0: Floats, d: Floats, t0: float, hits: Hits) -> None:
         """Go on to the last (the first) in the scene's order, one contestant after the other."""
         points = self.points(P0, d, hits)
-        t, gap = points.hits.t, self._gap(points, norm(d[:, points.rays]))
+        t, gap = points.hits.t, self._gap(points, norm(take(d, points.rays)))
         low, high = np.maximum(t - gap, t0), t + gap
         on = np.arange(len(t))
         while len(on):
@@ -326,7 +326,7 @@ class Displaced(Restarted):
             known = hits.take(rays)
             beyond = (known, None) if self.k % 2 == 0 else (None, known)
             other = nearest(
-                self.geometry, self.rules, P0[:, rays], d[:, rays], low[on], high[on], *beyond
+                self.geometry, self.rules, take(P0, rays), take(d, rays), low[on], high[on], *beyond
             )
             contested = np.flatnonzero(other.object >= 0)
             hits.put(rays[contested], other.take(contested))

@@ -9,7 +9,7 @@ import numpy as np
 
 from minirt.shapes.close_calls import within_span
 from minirt.shapes.triangle import Meeting, TriangleHits
-from minirt.vectors import Floats, Index, Ints, dot, norm
+from minirt.vectors import Floats, Index, Ints, dot, norm, take
 
 
 class PolygonHits(NamedTuple):
@@ -64,7 +64,7 @@ def polygon_hit(
 
     Source: S11.
     """
-    n = P0.shape[1]
+    n = d.shape[1]
     fans = [v.reshape(3, v.shape[1], -1) for v in (*corners, fan_normals)]
     t = plane(P0, d, fans[0][:, 0], p)
     index = np.full(n, -1, dtype=np.int32)
@@ -73,19 +73,19 @@ def polygon_hit(
     for k in range(fans[0].shape[1]):
         a, b, c, N = (_of(v[:, k], pending) for v in fans)
         meeting = triangle(P0, d, a, b, c, N)
-        held = meeting.case == Meeting.INSIDE
-        chosen, open_ = pending[held], ~held
-        now = np.where(held & np.isinf(t[pending]), meeting.t, t[pending])
-        now = within_span(now, held, P0, d, a, b, c, _of(p, pending))
-        t[pending], index[chosen] = now, k
-        beta[chosen], gamma[chosen] = meeting.beta[held], meeting.gamma[held]
-        pending, P0, d = pending[open_], P0[:, open_], d[:, open_]
+        holds = meeting.case == Meeting.INSIDE
+        held, open_ = np.flatnonzero(holds), np.flatnonzero(~holds)
+        chosen, now = pending[held], t[pending]
+        now = np.where(holds & np.isinf(now), meeting.t, now)
+        t[pending] = within_span(now, holds, P0, d, a, b, c, _of(p, pending))
+        index[chosen], beta[chosen], gamma[chosen] = k, meeting.beta[held], meeting.gamma[held]
+        pending, P0, d = pending[open_], _of(P0, open_), take(d, open_)
     return PolygonHits(np.where(index >= 0, t, np.inf), index, beta, gamma)
 
 
 def _of(v: Floats, rays: Index) -> Floats:
     """Each ray's own of vectors (3, n); the one of (3, 1)."""
-    return v if v.shape[1] == 1 else v[:, rays]
+    return v if v.shape[1] == 1 else take(v, rays)
 
 
 def polygon_normal(fan_normals: Floats) -> Floats:
