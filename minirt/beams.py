@@ -40,7 +40,7 @@ class Rays:
         first = np.arange(0, n, size)
         while len(first):
             beams = Beams(self, first, size)
-            together = beams.together
+            together = beams.span.together
             if together.all() or size == 1:
                 yield beams
                 return
@@ -49,12 +49,15 @@ class Rays:
             first = _parts(first[~together], size)
             first, size = first[first < n], size // PARTS
 
+    def crowds(self, size: int) -> Iterator[Beams]:
+        """All of them in single beams of up to so many, which nothing bounds."""
+        n = self.P0.shape[1]
+        for first in range(0, n, size):
+            yield Beams(self, np.array([first]), min(size, n - first))
+
 
 class Beams:
     """b beams of s consecutive rays each; the last ray stands in for those beyond it.
-
-    A beam has a main axis, along which all of its rays advance one way. At a distance x along that
-    axis a ray is at P + x·slope in the two others; a beam holds whatever its P and slopes span.
 
     Parameters
     ----------
@@ -71,9 +74,6 @@ class Beams:
     P0, d : (b, 3, s) float64
     t0 : (b, s) float64
         A last axis of 1 says that all rays have the same.
-    together : (b,) bool
-        Whether the rays of a beam keep so close together that `meet` can tell boxes that they
-        miss. Of a single ray that does not, which has no direction, it says that all are missed.
     """
 
     def __init__(self, rays: Rays, first: Index, size: int) -> None:
@@ -81,30 +81,6 @@ class Beams:
         self.index = np.minimum(first[:, None] + np.arange(size), rays.P0.shape[1] - 1)
         self.P0, self.d = _of(rays.P0, self.index), _of(rays.d, self.index)
         self.t0 = _of(rays.t0[None], self.index)[:, 0]
-        slow, fast = self.d.min(axis=2), self.d.max(axis=2)
-        low, high = self.P0.min(axis=2), self.P0.max(axis=2)
-        speed = np.where(slow > 0, slow, np.where(fast < 0, -fast, 0.0))
-        beam, main = np.arange(len(first)), np.argmax(speed, axis=1)
-        forward = slow[beam, main] > 0
-        self._slowest = speed[beam, main]
-        self._fastest = np.where(forward, fast[beam, main], -slow[beam, main])
-        self._enter, self._leave = np.where(forward, (main, main + 3), (main + 3, main))
-        self._low = np.where(forward, low[beam, main], -high[beam, main])
-        self._high = np.where(forward, high[beam, main], -low[beam, main])
-        start = self.t0.min(axis=1)
-        start = start - PAD * np.abs(start)
-        self._start = np.minimum(start * self._slowest, start * self._fastest)
-        self._ahead = bool((self._start >= 0).all())
-        step = np.abs(self.d[beam, main])
-        self._aside = []
-        together = (self._slowest > 0) & np.isfinite(low - high).all(axis=1)
-        for axis in ((main + 1) % 3, (main + 2) % 3):
-            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # not together
-                slope = self.d[beam, axis] / step
-            least, most = slope.min(axis=1), slope.max(axis=1)
-            together &= (least > -_WIDE) & (most < _WIDE)
-            self._aside.append((axis, low[beam, axis], high[beam, axis], least, most))
-        self.together: Bools = together
 
     def __len__(self) -> int:
         return len(self._first)
@@ -115,6 +91,27 @@ class Beams:
         squares: Floats = np.einsum("bks,bks->bs", self.d, self.d)
         return np.sqrt(squares)
 
+    @cached_property
+    def toward_origin(self) -> Floats:
+        """−d·P0, (b, s)."""
+        along: Floats = np.einsum("bks,bks->bs", self.d, self.P0)
+        return -along
+
+    @cached_property
+    def from_origin(self) -> Floats:
+        """‖P0‖², (b, s) or (b, 1)."""
+        squares: Floats = np.einsum("bks,bks->bs", self.P0, self.P0)
+        return squares
+
+    def of(self, which: Index, *values: Floats) -> list[Floats]:
+        """Values (b, …) of beams, beam by beam: (p, …); (1, …) if there is but one beam."""
+        return [value if len(self) == 1 else value[which] for value in values]
+
+    @cached_property
+    def span(self) -> Span:
+        """What bounds them."""
+        return Span(self)
+
     def divided(self, index: Index) -> Beams:
         """Some of them, each in its parts, which follow each other."""
         return Beams(self._rays, _parts(self._first[index], self.size), self.size // PARTS)
@@ -123,6 +120,46 @@ class Beams:
         """The largest limit (n,) of t in each beam, and a little more, (b,)."""
         t: Floats = limit[self.index].max(axis=1)
         return t + PAD * np.abs(t)
+
+
+class Span:
+    """The bounds of beams.
+
+    A beam has a main axis, along which all of its rays advance one way. At a distance x along that
+    axis a ray is at P + x·slope in the two others; a beam holds whatever its P and slopes span.
+
+    Attributes
+    ----------
+    together : (b,) bool
+        Whether the rays of a beam keep so close together that `meet` can tell boxes that they
+        miss. Of a single ray that does not, which has no direction, it says that all are missed.
+    """
+
+    def __init__(self, beams: Beams) -> None:
+        slow, fast = beams.d.min(axis=2), beams.d.max(axis=2)
+        low, high = beams.P0.min(axis=2), beams.P0.max(axis=2)
+        speed = np.where(slow > 0, slow, np.where(fast < 0, -fast, 0.0))
+        beam, main = np.arange(len(beams)), np.argmax(speed, axis=1)
+        forward = slow[beam, main] > 0
+        self._slowest = speed[beam, main]
+        self._fastest = np.where(forward, fast[beam, main], -slow[beam, main])
+        self._enter, self._leave = np.where(forward, (main, main + 3), (main + 3, main))
+        self._low = np.where(forward, low[beam, main], -high[beam, main])
+        self._high = np.where(forward, high[beam, main], -low[beam, main])
+        start = beams.t0.min(axis=1)
+        start = start - PAD * np.abs(start)
+        self._start = np.minimum(start * self._slowest, start * self._fastest)
+        self._ahead = bool((self._start >= 0).all())
+        step = np.abs(beams.d[beam, main])
+        self._aside = []
+        together = (self._slowest > 0) & np.isfinite(low - high).all(axis=1)
+        for axis in ((main + 1) % 3, (main + 2) % 3):
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # not together
+                slope = beams.d[beam, axis] / step
+            least, most = slope.min(axis=1), slope.max(axis=1)
+            together &= (least > -_WIDE) & (most < _WIDE)
+            self._aside.append((axis, low[beam, axis], high[beam, axis], least, most))
+        self.together: Bools = together
 
     def meet(self, which: Index, boxes: Floats, nodes: Index, latest: Floats, pad: float) -> Floats:
         """The least t at which beams may be in the boxes of nodes, +inf where not by t = latest.
@@ -188,4 +225,6 @@ def _of(vectors: Floats, index: Index) -> Floats:
     """Vectors (k, n) of rays (b, s), as (b, k, s); as (b, k, 1) where all are one."""
     if vectors.strides[1] == 0:
         return np.broadcast_to(vectors[:, :1], (len(index), len(vectors), 1))
+    if len(index) == 1 and index[0, -1] - index[0, 0] == index.shape[1] - 1:
+        return vectors[None, :, index[0, 0] : index[0, -1] + 1]
     return np.ascontiguousarray(vectors.take(index, axis=1).transpose(1, 0, 2))

@@ -116,7 +116,7 @@ class _Open:
 
         Beams that meet too many are divided, and their parts open the nodes again.
         """
-        near = self.beams.meet(self.which, boxes, self.nodes, latest, pad)
+        near = self.beams.span.meet(self.which, boxes, self.nodes, latest, pad)
         met = np.flatnonzero(near < np.inf)
         child, pair = np.divmod(met, len(self.which))
         which, nodes = self.which[pair], self.nodes[pair] * len(near) + child
@@ -188,14 +188,16 @@ def may_cross(
     -------
     (p, s) bool
     """
-    d, P0, length = beams.d[which], beams.P0[which], beams.length[which]
+    P0, d, length, t0, last = beams.of(
+        which, beams.P0, beams.d, beams.length, beams.t0, limit[beams.index]
+    )
     N = patches.N[primitives][:, None]
     slope = (N @ d)[:, 0]
     steep = np.abs(slope) > _GRAZING * length
     ahead = patches.offset[primitives][:, None] - (N @ P0)[:, 0]
-    t = np.divide(ahead, slope, where=steep, out=np.zeros((len(which), beams.size)))
+    t = ahead / np.where(steep, slope, 1.0)
     slack = pad / length
-    within: Bools = (t >= beams.t0[which] - slack) & (t <= limit[beams.index[which]] + slack)
+    within: Bools = (t >= t0 - slack) & (t <= last + slack)
     sides = patches.sides[primitives]
     along = sides @ d
     least = (patches.least[primitives] - pad)[:, :, None] - sides @ P0
@@ -208,8 +210,8 @@ def may_cross(
 def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Index) -> Bools:
     """Whether the lines of rays of beams may meet spheres, pair by pair.
 
-    Δ ≥ 0 by sums that round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and R², and err
-    by some ten roundings; the pad is a thousand times that.
+    Δ ≥ 0 by products that round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and R², and
+    err by some ten roundings; the pad is a thousand times that.
 
     Parameters
     ----------
@@ -222,16 +224,14 @@ def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Inde
     -------
     (p, s) bool
     """
-    d, P0, length = beams.d[which], beams.P0[which], beams.length[which]
-    center, radius = take(C, primitives), R[primitives]
-    b = LL = size = np.zeros((len(which), 1))
-    for k in range(3):
-        L = center[k][:, None] - P0[:, k]
-        b = b + L * d[:, k]
-        LL = LL + L * L
-        size = size + (P0[:, k] * P0[:, k] + (center[k] * center[k])[:, None])
-    RR = (radius * radius)[:, None]
-    touched: Bools = b * b >= length * length * (LL - RR - PAD * (size + RR))
+    P0, d, aa, ahead, size = beams.of(
+        which, beams.P0, beams.d, beams.length**2, beams.toward_origin, beams.from_origin
+    )
+    center, radius = take(C, primitives).T[:, None], R[primitives, None]
+    far = (center * center).sum(axis=2) * (1 - PAD) - radius * radius * (1 + PAD)
+    b = (center @ d)[:, 0] + ahead
+    LL = size * (1 - PAD) - 2.0 * (center @ P0)[:, 0] + far
+    touched: Bools = ~(b * b < aa * LL)
     return touched
 
 

@@ -9,15 +9,20 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.beams import WHOLE, Beams, Rays
+from minirt.beams import Beams, Rays
 from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, visit
 from minirt.geometry import Fans, Geometry
+from minirt.memory import keep_freed_memory
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Bools, Floats, Index, Ints, take
 
+keep_freed_memory()
+
 #: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
 _PAIRS = 65_536
+#: Primitives of a kind that are not worth a tree, and rays that they are offered to together.
+_FEW, _CROWD = 32, 16_384
 #: Pairs for which a kernel is called: enough to make a call's own cost small.
 _BATCH = 8_192
 #: A limit below every t: of a ray whose question is answered.
@@ -167,11 +172,13 @@ class _Query:
         shortens the walk to the next.
         """
         waiting: list[tuple[Index, Index]] = []
-        size, step = 0, _PAIRS // WHOLE
-        for beams, which, primitives in visit(tree, self.beams, self.limit, self._pad(tree)):
-            for start in range(0, len(which), step * WHOLE // beams.size):
-                some = slice(start, start + step * WHOLE // beams.size)
-                offered = np.flatnonzero(cull(beams, which[some], primitives[some]))
+        size = 0
+        for beams, which, primitives in self._pairs(tree, len(object_)):
+            step = max(1, _PAIRS // beams.size)
+            for start in range(0, len(which), step):
+                some = slice(start, start + step)
+                may_meet = cull(beams, which[some], primitives[some])
+                offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), beams.size)))
                 pair, at = np.divmod(offered, beams.size)
                 rays = beams.index[which[some][pair], at]
                 pairs = self._unless_passed_over(rays, primitives[some][pair], object_, face)
@@ -183,9 +190,21 @@ class _Query:
         if size:
             yield _joined(waiting)
 
+    def _pairs(self, tree: Tree, m: int) -> Iterator[tuple[Beams, Index, Index]]:
+        """As `visit` yields them; of few primitives all there are, which costs less than a tree."""
+        if m > _FEW:
+            yield from visit(tree, self.beams, self.limit, self._pad(tree))
+        else:
+            for crowd in self.rays.crowds(_CROWD):
+                yield crowd, np.zeros(m, dtype=np.intp), np.arange(m)
+
+    @cached_property
+    def rays(self) -> Rays:
+        return Rays(self.P0, self.d, self.t0)
+
     @cached_property
     def beams(self) -> list[Beams]:
-        return list(Rays(self.P0, self.d, self.t0).beams())
+        return list(self.rays.beams())
 
     def _pad(self, tree: Tree) -> float:
         return padding(self.P0, tree.reach)

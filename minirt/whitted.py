@@ -153,11 +153,12 @@ class Whitted:
         hits = hits.take(rays)
         d = take(d, rays)
         M = self.rules.point_at(take(P0, rays), d, hits.t)
-        normal = self._normals(M, hits)
+        normal = self.normals(M, hits)
         s = self.optical_normal(normal, hits)
         return Points(rays, M, d / norm(d), normal, s, hits, self.materials.take(hits.object))
 
-    def _normals(self, M: Floats, hits: Hits) -> Floats:
+    def normals(self, M: Floats, hits: Hits) -> Floats:
+        """The unit geometric normals (3, n) on the outside of what is hit at M (3, n)."""
         geometry = self.geometry
         normal = np.full_like(M, np.nan)
         kind, first = geometry.kind[hits.object], geometry.first[hits.object]

@@ -1,22 +1,23 @@
 """How far the exact answer itself moves under another renderer's declared error.
 
-Each pixel is traced six times. Once as the lecture says; once with rays started the way the other
-renderer starts them; and four times with, besides, every ray that is cast (primary,
-shadow, reflected, refracted) moved sideways by √2·δ, in four directions perpendicular to it. The
-factor √2 is the diagonal's: a straight edge within δ of the ray is then crossed by one of the
-four, whatever its direction. Where δ grows with the distance, primary rays are also tilted, to
-the same side. In those four, facets are tilted by what the rounding of their vertices can turn
-them, and the cosine of a refracted ray errs by the rounding of its square. Where other surfaces
-lie within the error of the first (coplanar or touching ones), the other renderer may well see any
-of them: there two opposite ones of the four answer with the last of them in the scene's order, and
-the other two with the first. Whichever of them the exact answer is, one of an opposite pair is on
-the other's side of an edge that passes within δ, and does not agree.
+Each pixel is traced five times. Once as the lecture says; and four times with rays started the way
+the other renderer starts them and every ray that is cast (primary, shadow, reflected, refracted)
+moved sideways by √2·δ, in four directions perpendicular to it. The factor √2 is the diagonal's: a
+straight edge within δ of the ray is then crossed by one of the four, whatever its direction. The
+start's own part in a movement is the mean of the four's, so the largest of them holds it. Where δ
+grows with the distance, primary rays are also tilted, to the same side. Facets are tilted by what
+the rounding of their vertices can turn them, and the cosine of a refracted ray errs by the rounding
+of its square. Where other surfaces lie within the error of the first (coplanar or touching ones),
+the other renderer may well see any of them: there two opposite ones of the four answer with the
+last of them in the scene's order, and the other two with the first. Whichever of them the exact
+answer is, one of an opposite pair is on the other's side of an edge that passes within δ, and does
+not agree.
 
 A polygon whose vertices are off its plane adds to δ by how far they are: which plane is met there
 is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'
 error can turn it may or may not shade itself: two of the four answer that it does.
 
-A discrete quantity is certain where all six agree; a continuous one where the discrete answers
+A discrete quantity is certain where all five agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
 the largest movement seen.
 """
@@ -40,7 +41,7 @@ from minirt.render import (
     frame_meta,
     tiles,
 )
-from minirt.rules import SLIDES, Rules
+from minirt.rules import SLIDES
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest
 from minirt.vectors import Bools, Floats, Index, cross, dot, norm, take, unit
@@ -150,8 +151,7 @@ def stability_of(
     links = {link for name in judged for link in chain[name]}
     surfaces = Surfaces.of(geometry, scene.extent)
     sink = _Sink(scene, chain)
-    others = [Restarted(scene, declared)] if declared.start or declared.near else []
-    others += [Displaced(scene, declared, surfaces.levers, k) for k in range(4)]
+    others = [Displaced(scene, declared, surfaces.levers, k) for k in range(4)]
     for moved in zip(*(tiles(other, {*judged, *links}) for other in others), strict=True):
         pixels, _ = moved[0]
         tile = exact.tile(pixels)
@@ -212,34 +212,10 @@ class _Sink:
                 self.tolerance[name].reshape(-1)[pixels] = allowed
 
 
-class Restarted(Whitted):
-    """The lecture's algorithm with secondary rays started as another renderer starts them."""
+class Displaced(Whitted):
+    """The lecture's algorithm with every ray moved sideways by √2·δ, in direction k of four.
 
-    def __init__(self, scene: Scene, declared: Declared, rules: Rules = SLIDES) -> None:
-        super().__init__(scene, rules)
-        self.declared = declared
-
-    def primary_hits(self, P0: Floats, d: Floats) -> Hits:
-        """The first hits that are not so near that the other renderer may overlook them."""
-        return self.first_hits(P0, d, self.declared.near / abs(self.scene.screen.nu))
-
-    def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
-        """Where the other renderer starts."""
-        start = self.declared.start
-        if isinstance(start, NormalOffset):
-            side = self.side_of(dot(points.normal, direction))
-            return _off_surface(points, side, start), 0.0
-        if isinstance(start, AlongRay):
-            return points.M, start.length
-        return super().secondary_start(points, direction)
-
-    def side_of(self, slope: Floats) -> Floats:
-        """Which side of a surface a ray of that slope (n,) to the normal leaves on, by its sign."""
-        return slope
-
-
-class Displaced(Restarted):
-    """The same, with every ray moved sideways by √2·δ, in direction k of four.
+    Secondary rays start as another renderer starts them.
 
     Parameters
     ----------
@@ -257,7 +233,8 @@ class Displaced(Restarted):
         rules = replace(SLIDES, refract=self.refracted_direction)
         if self.tilt:
             rules = replace(rules, ray_direction=self.primary_direction)
-        super().__init__(scene, declared, rules)
+        super().__init__(scene, rules)
+        self.declared = declared
 
     def primary_direction(self, P_minus_P0: Floats) -> Floats:
         """The direction of a pixel's ray, tilted to the side that its origin is moved to."""
@@ -285,13 +262,24 @@ class Displaced(Restarted):
         moved: Floats = super().primary_origin(d) + self.step * sideways(d, self.k)
         return moved
 
+    def primary_hits(self, P0: Floats, d: Floats) -> Hits:
+        """The first hits that are not so near that the other renderer may overlook them."""
+        return self.first_hits(P0, d, self.declared.near / abs(self.scene.screen.nu))
+
     def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
         """Where the other renderer starts, moved sideways."""
-        origin, t0 = super().secondary_start(points, direction)
+        start = self.declared.start
+        if isinstance(start, NormalOffset):
+            origin, t0 = _off_surface(points, self._side(points, direction), start), 0.0
+        elif isinstance(start, AlongRay):
+            origin, t0 = points.M, start.length
+        else:
+            origin, t0 = super().secondary_start(points, direction)
         return origin + self.step * sideways(direction, self.k), t0
 
-    def side_of(self, slope: Floats) -> Floats:
-        """The same; a ray along the surface leaves on either: a zero's sign is anybody's choice."""
+    def _side(self, points: Points, direction: Floats) -> Floats:
+        """Which side of a surface rays leave on, (n,), by its sign; on either when along it."""
+        slope = dot(points.normal, direction)
         return np.where(slope == 0, 1.0 if self.k % 2 == 0 else -1.0, slope)
 
     def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
@@ -317,12 +305,12 @@ class Displaced(Restarted):
 
     def _settle_contested(self, P0: Floats, d: Floats, t0: float, hits: Hits) -> None:
         """Go on to the last (the first) in the scene's order, one contestant after the other."""
-        points = self.points(P0, d, hits)
-        t, gap = points.hits.t, self._gap(points, norm(take(d, points.rays)))
+        met = np.flatnonzero(hits.object >= 0)
+        t, gap = hits.t[met], self._gap(take(P0, met), take(d, met), hits.take(met))
         low, high = np.maximum(t - gap, t0), t + gap
         on = np.arange(len(t))
         while len(on):
-            rays = points.rays[on]
+            rays = met[on]
             known = hits.take(rays)
             beyond = (known, None) if self.k % 2 == 0 else (None, known)
             other = nearest(
@@ -332,10 +320,11 @@ class Displaced(Restarted):
             hits.put(rays[contested], other.take(contested))
             on = on[contested]
 
-    def _gap(self, points: Points, length: Floats) -> Floats:
+    def _gap(self, P0: Floats, d: Floats, hits: Hits) -> Floats:
         """How much of t (n,) may lie between two surfaces that the error can exchange."""
-        slope = np.maximum(np.abs(dot(points.normal, points.delta)), 2.0**-20)
-        t = points.hits.t
+        t, length = hits.t, norm(d)
+        normal = self.normals(self.rules.point_at(P0, d, t), hits)
+        slope = np.maximum(np.abs(dot(normal, d / length)), 2.0**-20)
         gap: Floats = 2.0 * (self.step / length + self.tilt * t) / slope
         return gap + 2.0 * self.declared.grain * t
 
@@ -352,7 +341,7 @@ def sideways(d: Floats, k: int) -> Floats:
 def _facet_tilt(hits: Hits, geometry: Geometry, levers: PerSurface, declared: Declared) -> Floats:
     """The angle (n,) by which moving a facet's vertices can turn it; 0 on spheres."""
     flat = geometry.kind[hits.object] != Kind.SPHERE
-    return np.where(flat, 2.0**0.5 * declared.vertex / levers.at(hits, geometry), 0.0)
+    return np.where(flat, 2.0**0.5 * declared.vertex / levers.at(hits), 0.0)
 
 
 def _off_surface(points: Points, side: Floats, start: NormalOffset) -> Floats:
@@ -388,8 +377,8 @@ def _bases(
     n = len(base["object"])
     nan = np.full(n, np.nan)
     hits = Hits(base["t"], base["object"], base["triangle"], nan, nan)
-    lever = surfaces.levers.at(hits, geometry)
-    plane, inside = _slenderness(base, hits, geometry, surfaces)
+    lever = surfaces.levers.at(hits)
+    plane, inside = _slenderness(base, hits, surfaces)
     distance = np.where(base["hit"], base["distance"], 0.0)
     delta = declared.delta + declared.slope * distance
     length = delta + declared.grain * distance
@@ -418,9 +407,7 @@ def _bases(
     return bases
 
 
-def _slenderness(
-    base: Tile, hits: Hits, geometry: Geometry, surfaces: Surfaces
-) -> tuple[Floats, Floats]:
+def _slenderness(base: Tile, hits: Hits, surfaces: Surfaces) -> tuple[Floats, Floats]:
     """How many times δ a renderer may stray along the ray (n,), and within a facet (n,): ≥ 1.
 
     A facet of height h and longest edge L, met under an angle of cosine c, in a scene of extent
@@ -430,7 +417,7 @@ def _slenderness(
     along the ray. β and γ, rounded to δ/(h·c), carry an interpolated point off by L times that.
     """
     hit = base["hit"]
-    aspect, size = surfaces.shape(hits, geometry)
+    aspect, size = surfaces.shape(hits)
     slope = np.abs((base["normal"] * base["ray"]).sum(axis=0))
     aspect = aspect / np.where(hit, np.maximum(slope, 2.0**-20), 1.0)
     return np.maximum(1.0, aspect * size), np.maximum(1.0, aspect)

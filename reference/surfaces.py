@@ -10,29 +10,28 @@ import numpy as np
 from minirt.geometry import Geometry, Kind
 from minirt.scene import Facets
 from minirt.trace import Hits
-from minirt.vectors import Floats, cross, norm, unit
+from minirt.vectors import Floats, Index, cross, norm, unit
 
 
 @dataclass(frozen=True, eq=False)
 class PerSurface:
-    """A number for each sphere, each triangle, and each triangle of each polygon's fan."""
+    """A number for each sphere, each triangle, and each triangle of each polygon's fan.
 
-    spheres: Floats
-    facets: Floats
-    polygons: tuple[Floats, ...]
+    Attributes
+    ----------
+    numbers : (m,) float64
+    first : (objects,) intp
+        Where the numbers of each object begin.
+    """
 
-    def at(self, hits: Hits, geometry: Geometry) -> Floats:
+    numbers: Floats
+    first: Index
+
+    def at(self, hits: Hits) -> Floats:
         """The number (n,) at each hit; +inf where nothing is hit."""
         number = np.full(hits.object.shape, np.inf)
         on = np.flatnonzero(hits.object >= 0)
-        kind, first = geometry.kind[hits.object[on]], geometry.first[hits.object[on]]
-        face = hits.triangle[on]
-        number[on[kind == Kind.SPHERE]] = self.spheres[first[kind == Kind.SPHERE]]
-        flat = kind == Kind.TRIANGLES
-        number[on[flat]] = self.facets[first[flat] + face[flat]]
-        for which, values in enumerate(self.polygons):
-            here = (kind == Kind.POLYGON) & (first == which)
-            number[on[here]] = values[face[here]]
+        number[on] = self.numbers[self.first[hits.object[on]] + hits.triangle[on]]
         return number
 
 
@@ -64,14 +63,14 @@ class Surfaces:
             extent,
         )
 
-    def shape(self, hits: Hits, geometry: Geometry) -> tuple[Floats, Floats]:
+    def shape(self, hits: Hits) -> tuple[Floats, Floats]:
         """Longest edge over height of the facet at each hit, and that edge over the extent.
 
         Both (n,); 0 on spheres and where nothing is hit.
         """
-        edge = self.edges.at(hits, geometry)
+        edge = self.edges.at(hits)
         edge = np.where(np.isfinite(edge), edge, 0.0)
-        return edge / self.levers.at(hits, geometry), edge / self.extent
+        return edge / self.levers.at(hits), edge / self.extent
 
 
 def warp(geometry: Geometry) -> float:
@@ -95,8 +94,13 @@ def _per_surface(
     geometry: Geometry, spheres: Floats, of_facets: Callable[[Floats, Floats, Floats], Floats]
 ) -> PerSurface:
     tri = geometry.triangles
-    polygons = tuple(of_facets(*polygon.facets.corners) for polygon in geometry.polygons)
-    return PerSurface(spheres, of_facets(tri.a, tri.b, tri.c), polygons)
+    polygons = [of_facets(*polygon.facets.corners) for polygon in geometry.polygons]
+    numbers = [spheres, of_facets(tri.a, tri.b, tri.c), *polygons]
+    begin = np.cumsum([0, *(len(each) for each in numbers)])
+    of_polygon = geometry.kind == Kind.POLYGON
+    block = np.where(of_polygon, 2 + geometry.first, geometry.kind == Kind.TRIANGLES)
+    first = begin[block] + np.where(of_polygon, 0, geometry.first)
+    return PerSurface(np.concatenate(numbers), first)
 
 
 def _least_height(a: Floats, b: Floats, c: Floats) -> Floats:
