@@ -27,7 +27,7 @@ from reports.console import (
 from reports.history_option import FILE, HistoryOption
 
 if TYPE_CHECKING:
-    from reports.history import History
+    from reports.history.store import History
     from reports.nightly.night import Night, SettingsModel
     from reports.nightly.steps import Job
 
@@ -76,7 +76,7 @@ def nightly(
     from reports.choice import chosen_scenes, cluster_at
     from reports.cli_mutants import chosen_mutants
     from reports.cli_verify import references_of
-    from reports.history import History as Store
+    from reports.history.store import History as Store
     from reports.nightly.night import begun
     from reports.nightly.steps import Job, take
     from reports.run import made_folder

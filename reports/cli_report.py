@@ -11,7 +11,7 @@ from reports.console import Json, answers, people, print_json
 from reports.history_option import FILE
 
 if TYPE_CHECKING:
-    from reports.history import Entry
+    from reports.history.entry import Entry
 
 report = typer.Typer(
     name="report", no_args_is_help=True, rich_markup_mode=None,
@@ -82,7 +82,7 @@ def scene_history(
     Runs that ask the same question make a series: minirt against the same references, or a gate of
     the same implementation.
     """
-    from reports.history import History as Store
+    from reports.history.store import History as Store
     from reports.history.text import print_trend
     from reports.history.trends import changes_of
 
@@ -108,8 +108,8 @@ def record(
     json: Json = False,
 ) -> None:
     """Add a run to a history from its results; one that is there is not added again."""
-    from reports.history import History as Store
-    from reports.history import read_entry
+    from reports.history.entry import read_entry
+    from reports.history.store import History as Store
 
     entry = read_entry(results)
     with Store(history) as store:
@@ -121,8 +121,8 @@ def record(
 
 def _entries(words: list[str], target: str) -> list[Entry]:
     """Runs by number, word or path; the history is only opened where one of them asks for it."""
-    from reports.history import History as Store
-    from reports.history import read_entry
+    from reports.history.entry import read_entry
+    from reports.history.store import History as Store
 
     paths = [Path(word) if _is_path(word) else None for word in words]
     if all(paths):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from minirt.scene import Scene
     from reference.source import Reference
     from reports.before import Before
-    from reports.history import History
+    from reports.history.store import History
     from reports.record import Run
 
 #: The name of a history's file in the folder of the reports.
@@ -44,7 +44,7 @@ def opened(target: str, none: bool, out: Path) -> Iterator[History | None]:
     if none:
         yield None
         return
-    from reports.history import History
+    from reports.history.store import History
     from reports.run import made_folder
 
     with History(target or str(made_folder(out) / FILE)) as history:
@@ -79,7 +79,7 @@ def recorded(run: Run, history: History | None) -> int:
     if history is None:
         return run.exit_status
     from minirt.errors import InputError
-    from reports.history import entry_of
+    from reports.history.entry import entry_of
     from reports.record import results_document
     from reports.words import one_line
 

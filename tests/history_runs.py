@@ -9,7 +9,8 @@ from typing import Any
 
 from report_runs import good_run
 
-from reports.history import CellEntry, Entry, History, entry_of
+from reports.history.entry import CellEntry, Entry, entry_of
+from reports.history.store import History
 from reports.record import results_document
 
 

@@ -13,11 +13,12 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
-from reports.history import Entry, History
+from reports.history.entry import Entry
+from reports.history.store import History
 
 #: Processes that have imported what a history needs before they begin.
 READY = multiprocessing.get_context("forkserver")
-READY.set_forkserver_preload(["reports.history"])
+READY.set_forkserver_preload(["reports.history.store"])
 
 
 def append_many(
@@ -37,7 +38,7 @@ def write_until_killed(target: str, folder: Path, acknowledge: int) -> None:
     """Write reports and add runs without end; say the number of each that was added."""
     from report_runs import good_run
 
-    from reports.history import entry_of
+    from reports.history.entry import entry_of
     from reports.record import results_document
     from reports.run import write_reports
 

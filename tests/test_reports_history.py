@@ -20,8 +20,8 @@ from report_runs import empty_run, good_run, troubled_run
 
 from minirt.errors import InputError
 from reports.before import Point, Standing
-from reports.history import History, entry_of, read_entry
-from reports.history.entry import LONGEST_NAME, kept_name
+from reports.history.entry import LONGEST_NAME, entry_of, kept_name, read_entry
+from reports.history.store import History
 from reports.record import results_document, results_json
 from reports.words import plain
 

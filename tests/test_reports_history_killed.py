@@ -21,7 +21,8 @@ from history_runs import entry, whole
 from postgres_server import running
 
 from minirt.errors import InputError
-from reports.history import History, read_entry
+from reports.history.entry import read_entry
+from reports.history.store import History
 from reports.run import REPORTS
 
 CELLS = sum(1 for _ in entry().cells())

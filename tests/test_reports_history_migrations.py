@@ -15,9 +15,9 @@ from history_writers import READY, append_many
 from sqlalchemy import inspect
 
 from minirt.errors import InputError
-from reports.history import History
 from reports.history.migrate import bring_up_to_date
 from reports.history.place import engine_of, place_of
+from reports.history.store import History
 from reports.history.tables import VERSION_TABLE, metadata
 
 #: A step that a later version might take: a column with what earlier rows have in it.

@@ -19,7 +19,7 @@ from reference import registry
 from reference.source import Reference
 from reports.before import Before
 from reports.cli import run
-from reports.history import History
+from reports.history.store import History
 from reports.provenance import provenance, without_passwords
 from reports.record import Run
 from reports.run import write_reports

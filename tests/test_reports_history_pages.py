@@ -14,10 +14,11 @@ from history_runs import entry, with_cell
 from playwright.sync_api import Browser
 
 from reports.before import Point
-from reports.history import Entry, History
 from reports.history.difference import difference
+from reports.history.entry import Entry
 from reports.history.pages import compare_html
 from reports.history.sparkline import HEIGHT, WIDTH, sparkline
+from reports.history.store import History
 from reports.history.trends import changes_of
 from reports.nightly.landing import landing_html
 from reports.nightly.night import Night, NightModel, SettingsModel, StepModel

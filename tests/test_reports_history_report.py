@@ -16,9 +16,10 @@ from report_runs import good_run
 from test_reports_page import Page
 
 from reports.cli import run
-from reports.history import Entry, History
 from reports.history.difference import Difference, difference, figure_of
+from reports.history.entry import Entry
 from reports.history.pages import compare_html
+from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.record import results_json
 

@@ -34,7 +34,7 @@ from reports import cli_nightly
 from reports import provenance as origin
 from reports import run as runs
 from reports.cli import run
-from reports.history import History
+from reports.history.store import History
 from reports.nightly import steps
 from reports.nightly.landing import sentence
 from reports.nightly.night import StepModel, nights

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from reports.before import Point
-from reports.history import Entry, History
 from reports.history.difference import difference
+from reports.history.entry import Entry
 from reports.history.pages import rendered
 from reports.history.sparkline import HEIGHT, WIDTH, sparkline
+from reports.history.store import History
 from reports.history.text import (
     SCENE_ICONS,
     cell_line,

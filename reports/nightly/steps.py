@@ -25,9 +25,10 @@ from reports.cli_mutants import (
     run_mutants,
 )
 from reports.fuzz_case import write_case
-from reports.history import Entry, History, read_entry
 from reports.history.difference import difference
+from reports.history.entry import Entry, read_entry
 from reports.history.pages import compare_html
+from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.history_option import known_before
 from reports.kills import read_kills
