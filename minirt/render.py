@@ -92,7 +92,8 @@ def blank_frame(scene: Scene, names: Iterable[str] = tuple(QUANTITIES)) -> dict[
     ny, nx = scene.screen.ny, scene.screen.nx
     each = [QUANTITIES[name] for name in names]
     bytes_ = sum(q.components * np.dtype(q.dtype).itemsize for q in each) * nx * ny
-    require_memory(bytes_, f"{scene.name}: {nx} × {ny} pixels of {', '.join(names)}")
+    of = "every quantity" if len(each) == len(QUANTITIES) else ", ".join(q.name for q in each)
+    require_memory(bytes_, f"{scene.name}: {nx} × {ny} pixels of {of}")
     return {q.name: q.missing(ny, nx) for q in each}
 
 

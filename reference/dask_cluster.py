@@ -26,6 +26,7 @@ MOST_DEATHS = 3
 _CONNECTING, _PATIENCE = 10.0, 60.0
 _ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:.]+\]|[^\s/:@\[\]]+):\d{1,5}")
 _EXPECTED = "tcp://HOST:PORT, as dask scheduler prints it"
+_EXPECTED_TLS = "certificates in Dask's configuration: distributed.comm.tls"
 
 
 class DaskCluster(Cluster):
@@ -145,8 +146,9 @@ def _connected(address: str) -> Client:
     except Exception as error:  # whatever answers there may be no scheduler
         got = " ".join(str(error).split())[:200] or f"nothing within {_CONNECTING:g} s"
         raise InputError(
-            "no scheduler answers", where=address, got=got, expected=_EXPECTED
-        ) from None
+            "no scheduler answers", where=address, got=got,
+            expected=_EXPECTED_TLS if address.startswith("tls") else _EXPECTED,
+        ) from None  # fmt: skip
 
 
 async def _greeted(address: str) -> None:

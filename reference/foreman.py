@@ -8,6 +8,7 @@ a foreman, to which the jobs go; renderers run in children of that one.
 from __future__ import annotations
 
 import json
+import os
 import platform
 import signal
 import socket
@@ -34,6 +35,9 @@ sys.path[:] = json.loads(sys.argv[2])
 from reference.foreman import serve
 serve(int(sys.argv[1]))
 """
+#: Dask has its workers give freed memory back to the system at once. Of what renders, that would
+#: more than double the time: see `minirt.memory.keep_freed_memory`.
+_NOT_HANDED_ON = "MALLOC_TRIM_THRESHOLD_"
 #: Seconds for a foreman whose line is closed to end.
 _PATIENCE = 10.0
 _ours = threading.local()
@@ -87,10 +91,11 @@ class _Foreman:
         here, there = socket.socketpair()
         where = [place for place in sys.path if place]
         command = [sys.executable, "-P", "-c", _SERVE, str(there.fileno()), json.dumps(where)]
+        env = {name: value for name, value in os.environ.items() if name != _NOT_HANDED_ON}
         with there:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, pass_fds=[there.fileno()],
-                start_new_session=True,
+                start_new_session=True, env=env,
             )  # fmt: skip
         self._line: Connection[Any, Any] = Connection(here.detach())
         self._end = weakref.finalize(self, _ended, self._line, self._process)

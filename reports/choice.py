@@ -52,7 +52,7 @@ def cache_unless(no_cache: bool) -> Cache | None:
     return None if no_cache else usual_cache()
 
 
-def cluster_at(address: str) -> AbstractContextManager[Cluster | None]:
+def cluster_at(address: str | None) -> AbstractContextManager[Cluster | None]:
     """The workers of the Dask scheduler at an address; none without one.
 
     Raises
@@ -60,7 +60,7 @@ def cluster_at(address: str) -> AbstractContextManager[Cluster | None]:
     InputError
         Dask is not installed, or no scheduler answers there.
     """
-    if not address:
+    if address is None:
         return nullcontext()
     try:
         from reference.dask_cluster import DaskCluster

@@ -37,7 +37,7 @@ def fuzz(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="DIR", help="Where failures are written.")
     ] = Path("fuzz"),
-    cluster: ClusterOption = "",
+    cluster: ClusterOption = None,
     json: Json = False,
 ) -> None:
     """Judge renderers, or another implementation, on random scenes.

@@ -48,7 +48,7 @@ def grade(
     jobs: Annotated[
         int, typer.Option("--jobs", "-j", min=1, help="Submissions at a time; all processors.")
     ] = len(os.sched_getaffinity(0)),
-    cluster: ClusterOption = "",
+    cluster: ClusterOption = None,
     json: Json = False,
 ) -> None:  # fmt: skip
     """Grade a class by a rubric, with a page for each student and one for staff.

@@ -25,7 +25,7 @@ def mutants(
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Processes.")] = len(
         os.sched_getaffinity(0)
     ),
-    cluster: ClusterOption = "",
+    cluster: ClusterOption = None,
     json: Json = False,
 ) -> None:
     """Show that the checks notice wrong versions of the lecture's rules.

@@ -65,7 +65,7 @@ def nightly(
         int, typer.Option(min=1, metavar="SECONDS", help="For a reference and a scene.")
     ] = 300,
     history: HistoryOption = "",
-    cluster: ClusterOption = "",
+    cluster: ClusterOption = None,
     json: Json = False,
 ) -> None:
     """Verify, fuzz with a new seed, run the mutants; keep the history and a landing page.

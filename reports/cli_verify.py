@@ -51,7 +51,7 @@ def verify(
     no_cache: NoCacheOption = False,
     history: HistoryOption = "",
     no_history: NoHistoryOption = False,
-    cluster: ClusterOption = "",
+    cluster: ClusterOption = None,
     json: Json = False,
 ) -> None:
     """Compare minirt with reference renderers.

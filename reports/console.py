@@ -62,7 +62,7 @@ NoCacheOption = Annotated[
 ]
 
 ClusterOption = Annotated[
-    str,
+    str | None,
     typer.Option(
         metavar="ADDRESS", show_default=False,
         help="A Dask scheduler, as tcp://HOST:PORT, whose workers do the jobs in place of this "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 import shutil
 import socket
@@ -26,6 +27,7 @@ from cluster_jobs import (
     square,
 )
 from dask_processes import Dask, running
+from distributed import Client
 from fake_references import Honest, Missing, small_scene
 from grade_class import honest, mutant, small
 from test_grade_cli import RUBRIC
@@ -200,7 +202,7 @@ def test_no_worker_and_no_scheduler_end_a_run_in_words(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "address", ["127.0.0.1", "tcp://here", "http://127.0.0.1:8786", "tcp://:1"]
+    "address", ["", "127.0.0.1", "tcp://here", "http://127.0.0.1:8786", "tcp://:1"]
 )
 def test_no_address_is_said(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["mutants", "--cluster", address]) == 2
@@ -253,6 +255,16 @@ def test_a_parcel_takes_the_meshes_along(tmp_path: Path) -> None:
     assert there.folder.is_relative_to(room)
     assert minirt.load_scene(there.to_dict(), there.folder).sha256 == scene.sha256
     assert plain.sha256 == small_scene().sha256
+
+
+def test_workers_keep_freed_memory_at_hand(dask: Dask) -> None:
+    name = "MALLOC_TRIM_THRESHOLD_"  # set by Dask's nannies, and a drag on all that renders
+    with Client(dask.address, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=60)
+        assert "65536" in client.run(os.getenv, name).values()
+    with DaskCluster(dask.address) as workers:
+        ended = list(workers.outcomes([(os.getenv, (name,))] * 6))
+    assert [outcome for _, outcome in ended] == [Outcome("done", None)] * 6
 
 
 @pytest.fixture
