@@ -1,7 +1,8 @@
 # From nothing to the answer: `make verify` and `make test` each set up .venv by themselves.
 
 PYTHON ?=
-JOBS ?= $(shell nproc)
+# One more than there are cores: tests wait for the programs that they start.
+JOBS ?= $(shell expr $$(nproc) + 1)
 REPORT ?= report
 
 VENV := .venv

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import cache
 
 import numpy as np
@@ -81,7 +81,7 @@ def render(
     return Frame(arrays, frame_meta(scene))
 
 
-def blank_frame(scene: Scene, names: Iterable[str] = tuple(QUANTITIES)) -> dict[str, Array]:
+def blank_frame(scene: Scene, names: Collection[str] = tuple(QUANTITIES)) -> dict[str, Array]:
     """Arrays for some quantities of a scene's image, with nothing hit anywhere.
 
     Raises
@@ -89,12 +89,23 @@ def blank_frame(scene: Scene, names: Iterable[str] = tuple(QUANTITIES)) -> dict[
     InputError
         If they do not fit in memory.
     """
+    require_room(scene, names)
+    ny, nx = scene.screen.ny, scene.screen.nx
+    return {name: QUANTITIES[name].missing(ny, nx) for name in names}
+
+
+def require_room(scene: Scene, names: Collection[str] = tuple(QUANTITIES)) -> None:
+    """Refuse an image that does not fit in memory.
+
+    Raises
+    ------
+    InputError
+    """
     ny, nx = scene.screen.ny, scene.screen.nx
     each = [QUANTITIES[name] for name in names]
     bytes_ = sum(q.components * np.dtype(q.dtype).itemsize for q in each) * nx * ny
     of = "every quantity" if len(each) == len(QUANTITIES) else ", ".join(q.name for q in each)
     require_memory(bytes_, f"{scene.name}: {nx} × {ny} pixels of {of}")
-    return {q.name: q.missing(ny, nx) for q in each}
 
 
 def fill(arrays: dict[str, Array], pixels: Index, tile: Tile) -> None:

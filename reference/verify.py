@@ -14,6 +14,7 @@ from typing import Any
 from converters.frames import read_frame, write_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
+from minirt.render import require_room
 from minirt.scene import Scene
 from reference.cache import Cache, timed_rendering, usual_folder
 from reference.cluster import Cluster
@@ -196,12 +197,19 @@ def verify(
     ------
     SceneResult
         In the order of `scenes`; from a cluster as they are known.
+
+    Raises
+    ------
+    InputError
+        A scene's image does not fit in this machine's memory.
     """
     names = tuple(quantities)
     options = names, digest, draw, tuple(required), cache, diagnose, portray
     if cluster is not None:
         yield from _verify_on(cluster, scenes, references, timeout, options)
         return
+    for scene in scenes:
+        require_room(scene)
     with (
         TemporaryDirectory(prefix="minirt-") as scratch,
         Workers(_within(jobs, len(scenes) * len(references))) as theirs,

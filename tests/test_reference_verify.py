@@ -20,6 +20,7 @@ from fake_references import (
     small_scene,
 )
 
+from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
 from reference.compare import Check
 from reference.isolate import Workers
@@ -174,3 +175,11 @@ def test_no_more_processes_are_started_than_there_is_work_for(
     monkeypatch.setattr("reference.verify.Workers", Counted)
     assert len(list(verify([small_scene("one")], [], jobs=64))) == 1
     assert counts == [1, 1]
+
+
+def test_what_does_not_fit_in_memory_is_refused_before_anybody_begins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("minirt.memory.available", lambda: 1000)
+    with pytest.raises(InputError, match="pixels of every quantity: not enough memory"):
+        list(verify([small_scene()], [Honest()], 1))
