@@ -18,7 +18,7 @@ from minirt.shapes.plane import edge_normal, plane_t
 from minirt.shapes.polygon import PolygonHits, fan, polygon_fault, polygon_hit, polygon_normal
 from minirt.shapes.sphere import sphere_roots
 from minirt.shapes.triangle import TriangleHits, triangle_hit
-from minirt.vectors import Floats, Ints
+from minirt.vectors import Floats, Ints, put
 from minirt.whitted import Whitted
 
 
@@ -298,6 +298,7 @@ def intersect_polygon(P0: ArrayLike, d: ArrayLike, vertices: ArrayLike) -> Polyg
 def _described(whitted: Whitted, P0: Floats, d: Floats, found: trace.Hits, single: bool) -> Hits:
     points = whitted.points(P0, d, found)
     position, normal = np.full(P0.shape, np.nan), np.full(P0.shape, np.nan)
-    position[:, points.rays], normal[:, points.rays] = points.M, points.normal
+    put(position, points.rays, points.M)
+    put(normal, points.rays, points.normal)
     values = (*vars(found).values(), position, normal)
     return Hits(*(shaped(v, single) for v in values))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from minirt.vectors import Bools, Floats, Index
 
@@ -103,7 +105,7 @@ class Beams:
         squares: Floats = np.einsum("bks,bks->bs", self.P0, self.P0)
         return squares
 
-    def of(self, which: Index, *values: Floats) -> list[Floats]:
+    def of(self, which: Index, *values: NDArray[Any]) -> list[NDArray[Any]]:
         """Values (b, …) of beams, beam by beam: (p, …); (1, …) if there is but one beam."""
         return [value if len(self) == 1 else value[which] for value in values]
 

@@ -188,8 +188,8 @@ def may_cross(
     -------
     (p, s) bool
     """
-    P0, d, length, t0, last = beams.of(
-        which, beams.P0, beams.d, beams.length, beams.t0, limit[beams.index]
+    P0, d, length, t0, index = beams.of(
+        which, beams.P0, beams.d, beams.length, beams.t0, beams.index
     )
     N = patches.N[primitives][:, None]
     slope = (N @ d)[:, 0]
@@ -197,7 +197,7 @@ def may_cross(
     ahead = patches.offset[primitives][:, None] - (N @ P0)[:, 0]
     t = ahead / np.where(steep, slope, 1.0)
     slack = pad / length
-    within: Bools = (t >= t0 - slack) & (t <= last + slack)
+    within: Bools = (t >= t0 - slack) & (t <= limit[index] + slack)
     sides = patches.sides[primitives]
     along = sides @ d
     least = (patches.least[primitives] - pad)[:, :, None] - sides @ P0

@@ -4,14 +4,14 @@ Each pixel is traced five times. Once as the lecture says; and four times with r
 the other renderer starts them and every ray that is cast (primary, shadow, reflected, refracted)
 moved sideways by √2·δ, in four directions perpendicular to it. The factor √2 is the diagonal's: a
 straight edge within δ of the ray is then crossed by one of the four, whatever its direction. The
-start's own part in a movement is the mean of the four's, so the largest of them holds it. Where δ
-grows with the distance, primary rays are also tilted, to the same side. Facets are tilted by what
-the rounding of their vertices can turn them, and the cosine of a refracted ray errs by the rounding
-of its square. Where other surfaces lie within the error of the first (coplanar or touching ones),
-the other renderer may well see any of them: there two opposite ones of the four answer with the
-last of them in the scene's order, and the other two with the first. Whichever of them the exact
-answer is, one of an opposite pair is on the other's side of an edge that passes within δ, and does
-not agree.
+start's own part in a movement is, to first order, the mean of the four's: the largest of them holds
+it. Where δ grows with the distance, primary rays are also tilted, to the same side. Facets are
+tilted by what the rounding of their vertices can turn them, and the cosine of a refracted ray errs
+by the rounding of its square. Where other surfaces lie within the error of the first (coplanar or
+touching ones), the other renderer may well see any of them: there two opposite ones of the four
+answer with the last of them in the scene's order, and the other two with the first. Whichever of
+them the exact answer is, one of an opposite pair is on the other's side of an edge that passes
+within δ, and does not agree.
 
 A polygon whose vertices are off its plane adds to δ by how far they are: which plane is met there
 is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'

@@ -96,6 +96,7 @@ def _per_surface(
     tri = geometry.triangles
     polygons = [of_facets(*polygon.facets.corners) for polygon in geometry.polygons]
     numbers = [spheres, of_facets(tri.a, tri.b, tri.c), *polygons]
+    # Blocks of numbers: all spheres, all triangles, then polygon by polygon.
     begin = np.cumsum([0, *(len(each) for each in numbers)])
     of_polygon = geometry.kind == Kind.POLYGON
     block = np.where(of_polygon, 2 + geometry.first, geometry.kind == Kind.TRIANGLES)

@@ -19,12 +19,12 @@ USED = [
     if name != "mitsuba-scalar" and (name in REQUIRED or not reference.missing())
 ]
 #: Scenes of one run: starting the references takes as long as a scene or two.
-RUN = 15
+RUN = 25
 #: Scenes among which every reference gives two quantities a scene that are compared.
 FEW = 5
 
 
-@pytest.mark.parametrize("first", range(0, 30, RUN))
+@pytest.mark.parametrize("first", range(0, 50, RUN))
 def test_references_agree_on_random_scenes(first: int) -> None:
     scenes = [random_scene(seed) for seed in range(first, first + RUN)]
     alarms = []

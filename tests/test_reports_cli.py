@@ -155,6 +155,11 @@ def test_help_is_quick_since_nothing_heavy_is_imported(arguments: list[str]) -> 
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_a_run_without_a_history_opens_no_database() -> None:
+    code = "import sys, reports.run; print(sorted({'sqlalchemy', 'alembic'} & set(sys.modules)))"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True) == "[]\n"
+
+
 def test_version(command: Command) -> None:
     assert command("--version") == Done(0, f"minirt {minirt.__version__}\n", "")
 
