@@ -24,7 +24,7 @@ _FIRST = 2
 #: Pairs of a ray and a node below which neither beams are divided nor nodes sorted.
 _MANY = 65_536
 #: Sine of the angle below which a plane's crossing is not trusted to cull.
-_GRAZING = 2.0**-8
+GRAZING = 2.0**-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +193,7 @@ def may_cross(
     )
     N = patches.N[primitives][:, None]
     slope = (N @ d)[:, 0]
-    steep = np.abs(slope) > _GRAZING * length
+    steep = np.abs(slope) > GRAZING * length
     ahead = patches.offset[primitives][:, None] - (N @ P0)[:, 0]
     t = ahead / np.where(steep, slope, 1.0)
     slack = pad / length

@@ -12,6 +12,7 @@ import numpy as np
 
 from minirt.bvh import Patches, Tree, build
 from minirt.memory import require_memory
+from minirt.raster import Clusters
 from minirt.scene import Facets, Scene, Sphere
 from minirt.vectors import Floats, Index, Ints, cross, dot, norm
 
@@ -75,6 +76,11 @@ class Triangles:
             N.T.copy(), dot(self.a, N), np.stack(sides).transpose(2, 0, 1).copy(),
             np.stack(least, axis=1),
         )  # fmt: skip
+
+    @cached_property
+    def clusters(self) -> Clusters:
+        """Their groups of neighbours."""
+        return Clusters.of(self.tree, (self.a, self.b, self.c), _unit_or_zero(self.N))
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 
-from minirt.beams import Beams, Rays
-from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, visit
+from minirt.beams import Rays
 from minirt.geometry import Fans, Geometry
 from minirt.memory import keep_freed_memory
+from minirt.offers import Offers, Pairs
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Bools, Floats, Index, Ints, take
 
 keep_freed_memory()
 
-#: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
-_PAIRS = 65_536
-#: Primitives of a kind that are not worth a tree, and rays that they are offered to together.
-_FEW, _CROWD = 32, 16_384
-#: Pairs for which a kernel is called: enough to make a call's own cost small.
-_BATCH = 8_192
+#: Pairs for which a kernel is called: enough to make a call's own cost small, and so many that
+#: its temporaries stay in a few megabytes.
+_BATCH, _PAIRS = 8_192, 65_536
 #: A limit below every t: of a ray whose question is answered.
 _ANSWERED = -1e300
 #: Rules that decide what a ray meets: once replaced, they are asked about every pair.
@@ -99,8 +95,6 @@ def occluded(
     return _Query(geometry, rules, P0, d, t0, t1, any_hit=True).run().object >= 0
 
 
-#: Finds the pairs that the kernel is to decide: their places among primitives and among rays.
-_Cull: TypeAlias = Callable[[Beams, Index, Index], Bools]
 #: Decides pairs of a ray and a primitive: a hit a pair.
 _Kernel: TypeAlias = Callable[[Index, Index], Hits]
 
@@ -127,91 +121,51 @@ class _Query:
         self.culls = ASKED_OF_EVERY_PAIR.isdisjoint(rules.changed())
 
     def run(self) -> Hits:
-        geometry = self.geometry
+        geometry, offers = self.geometry, Offers(Rays(self.P0, self.d, self.t0), self.limit)
         if geometry.polygons:
-            tree, patches = geometry.polygon_tree, geometry.polygon_patches
             objects = np.array([polygon.object for polygon in geometry.polygons])
-            self._walk(tree, self._near(patches, tree), self._polygons, objects)
+            self._walk(offers.polygons(geometry), self._polygons, objects)
         if len(geometry.spheres.radius):
             spheres = geometry.spheres
-            self._walk(spheres.tree, self._near_spheres, self._spheres, spheres.object)
+            self._walk(offers.spheres(spheres), self._spheres, spheres.object)
         if len(geometry.triangles.object):
-            tree, patches = geometry.triangles.tree, geometry.triangles.patches
-            number, face = geometry.triangles.object, geometry.triangles.face
-            self._walk(tree, self._near(patches, tree), self._triangles, number, face)
+            triangles = geometry.triangles
+            offered = offers.triangles(triangles)
+            self._walk(offered, self._triangles, triangles.object, triangles.face)
         return self.best
 
     def _walk(
-        self, tree: Tree, cull: _Cull, kernel: _Kernel, object_: Ints, face: Ints | None = None
+        self, offered: Iterable[Pairs], kernel: _Kernel, object_: Ints, face: Ints | None = None
     ) -> None:
         """Decide primitives of one kind, whose objects, and faces if more than one, are given."""
         batches = (
-            self._culled(tree, cull, object_, face)
-            if self.culls
-            else self._every_pair(len(object_))
+            self._batches(offered, object_, face) if self.culls else self._every_pair(len(object_))
         )
         for rays, which in batches:
             self._keep(rays, kernel(rays, which))
 
-    def _near(self, patches: Patches, tree: Tree) -> _Cull:
-        pad = self._pad(tree)
-        return lambda beams, which, primitives: may_cross(
-            patches, beams, which, primitives, pad, self.limit
-        )
+    def _batches(
+        self, offered: Iterable[Pairs], object_: Ints, face: Ints | None
+    ) -> Iterator[Pairs]:
+        """Offered pairs, gathered until they are worth a kernel's call.
 
-    def _near_spheres(self, beams: Beams, which: Index, primitives: Index) -> Bools:
-        spheres = self.geometry.spheres
-        return may_touch(spheres.center, spheres.radius, beams, which, primitives)
-
-    def _culled(
-        self, tree: Tree, cull: _Cull, object_: Ints, face: Ints | None
-    ) -> Iterator[tuple[Index, Index]]:
-        """The pairs of a ray and a primitive that may meet, near ones first.
-
-        They gather until a batch of them is worth a kernel's call; what is kept of one batch
-        shortens the walk to the next.
+        What is kept of one batch shortens the offers from the next on.
         """
-        waiting: list[tuple[Index, Index]] = []
+        waiting: list[Pairs] = []
         size = 0
-        for beams, which, primitives in self._pairs(tree, len(object_)):
-            step = max(1, _PAIRS // beams.size)
-            for start in range(0, len(which), step):
-                some = slice(start, start + step)
-                may_meet = cull(beams, which[some], primitives[some])
-                offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), beams.size)))
-                pair, at = np.divmod(offered, beams.size)
-                rays = beams.index[which[some][pair], at]
-                pairs = self._unless_passed_over(rays, primitives[some][pair], object_, face)
-                waiting.append(pairs)
-                size += len(pairs[0])
-                if size >= _BATCH:
-                    yield _joined(waiting)
-                    waiting, size = [], 0
+        for rays, which in offered:
+            pairs = self._unless_passed_over(rays, which, object_, face)
+            waiting.append(pairs)
+            size += len(pairs[0])
+            if size >= _BATCH:
+                yield _joined(waiting)
+                waiting, size = [], 0
         if size:
             yield _joined(waiting)
 
-    def _pairs(self, tree: Tree, m: int) -> Iterator[tuple[Beams, Index, Index]]:
-        """As `visit` yields them; of few primitives all there are, which costs less than a tree."""
-        if m > _FEW:
-            yield from visit(tree, self.beams, self.limit, self._pad(tree))
-        else:
-            for crowd in self.rays.crowds(_CROWD):
-                yield crowd, np.zeros(m, dtype=np.intp), np.arange(m)
-
-    @cached_property
-    def rays(self) -> Rays:
-        return Rays(self.P0, self.d, self.t0)
-
-    @cached_property
-    def beams(self) -> list[Beams]:
-        return list(self.rays.beams())
-
-    def _pad(self, tree: Tree) -> float:
-        return padding(self.P0, tree.reach)
-
     def _unless_passed_over(
         self, rays: Index, which: Index, object_: Ints, face: Ints | None
-    ) -> tuple[Index, Index]:
+    ) -> Pairs:
         """The pairs whose hit could count: a ray has one hit at most on an object of one face."""
         if self.later_than is None and self.earlier_than is None:
             return rays, which
@@ -220,7 +174,7 @@ class _Query:
         some = np.flatnonzero(self._wanted(rays, o, f))
         return rays[some], which[some]
 
-    def _every_pair(self, primitives: int) -> Iterator[tuple[Index, Index]]:
+    def _every_pair(self, primitives: int) -> Iterator[Pairs]:
         """Every ray with every primitive; one primitive a batch where `closer` is to choose."""
         every = np.arange(self.P0.shape[1])
         size = 1 if "closer" in self.rules.changed() else max(1, _PAIRS // max(1, len(every)))
@@ -314,6 +268,6 @@ class _Query:
         return wanted
 
 
-def _joined(batch: list[tuple[Index, Index]]) -> tuple[Index, Index]:
+def _joined(batch: list[Pairs]) -> Pairs:
     rays, which = zip(*batch, strict=True)
     return np.concatenate(rays), np.concatenate(which)

@@ -1,0 +1,109 @@
+"""Culling: which primitives each ray is offered, by whatever way costs least. All offer enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+from typing import TypeAlias
+
+import numpy as np
+
+from minirt.beams import Beams, Rays
+from minirt.bvh import Patches, Tree, may_cross, may_touch, padding, visit
+from minirt.geometry import Geometry, Spheres, Triangles
+from minirt.picture import Picture
+from minirt.raster import Drawing
+from minirt.vectors import Bools, Floats, Index
+
+#: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
+_PAIRS = 65_536
+#: Primitives of a kind that are not worth a tree, and rays that they are offered to together.
+_FEW, _CROWD = 32, 16_384
+
+#: Pairs (p,) of a ray and a primitive, by number.
+Pairs: TypeAlias = tuple[Index, Index]
+#: Of beams, numbers of beams and of primitives: whether each ray may meet them, (p, s).
+_Sieve: TypeAlias = Callable[[Beams, Index, Index], Bools]
+
+
+class Offers:
+    """The primitives that n rays may meet, kind by kind, near ones first.
+
+    Parameters
+    ----------
+    rays : Rays
+    limit : (n,) float64
+        Largest t of interest for each ray; the caller may lower it between two offers.
+    """
+
+    def __init__(self, rays: Rays, limit: Floats) -> None:
+        self._rays, self._limit = rays, limit
+
+    def polygons(self, geometry: Geometry) -> Iterator[Pairs]:
+        """Pairs of a ray and a polygon."""
+        tree = geometry.polygon_tree
+        sieve = self._flat(lambda: geometry.polygon_patches, tree)
+        yield from self._any(len(geometry.polygons), tree, sieve)
+
+    def spheres(self, spheres: Spheres) -> Iterator[Pairs]:
+        """Pairs of a ray and a sphere."""
+        sieve = partial(may_touch, spheres.center, spheres.radius)
+        yield from self._any(len(spheres.radius), spheres.tree, sieve)
+
+    def triangles(self, triangles: Triangles) -> Iterator[Pairs]:
+        """Pairs of a ray and a triangle."""
+        tree, m = triangles.tree, len(triangles.object)
+        sieve = self._flat(lambda: triangles.patches, tree)
+        drawing = self._drawing(triangles) if m > _FEW else None
+        if drawing is None:
+            yield from self._any(m, tree, sieve)
+        else:
+            yield from self._few(drawing.close, sieve)
+            yield from drawing.pairs(self._limit)
+
+    def _flat(self, patches: Callable[[], Patches], tree: Tree) -> _Sieve:
+        """The sieve of flat primitives, whose patches are only asked for when it is used."""
+        pad = padding(self._rays.P0, tree.reach)
+        return lambda beams, which, primitives: may_cross(
+            patches(), beams, which, primitives, pad, self._limit
+        )
+
+    def _drawing(self, triangles: Triangles) -> Drawing | None:
+        """The triangles drawn over the rays' picture, if they have one and it pays."""
+        picture = Picture.of(self._rays, triangles.tree.reach)
+        if picture is None:
+            return None
+        drawing = Drawing(picture, triangles.clusters)
+        return drawing if drawing.worth else None
+
+    def _any(self, m: int, tree: Tree, sieve: _Sieve) -> Iterator[Pairs]:
+        """All m of a kind, by their tree if they are many."""
+        if m <= _FEW:
+            return self._few(np.arange(m), sieve)
+        pad = padding(self._rays.P0, tree.reach)
+        return self._sifted(visit(tree, self._beams, self._limit, pad), sieve)
+
+    def _few(self, primitives: Index, sieve: _Sieve) -> Iterator[Pairs]:
+        """Few primitives, offered to crowds of rays."""
+        if not len(primitives):
+            return iter(())
+        of_one = np.zeros(len(primitives), dtype=np.intp)
+        crowds = ((crowd, of_one, primitives) for crowd in self._rays.crowds(_CROWD))
+        return self._sifted(crowds, sieve)
+
+    @cached_property
+    def _beams(self) -> list[Beams]:
+        return list(self._rays.beams())
+
+    def _sifted(
+        self, pairs: Iterator[tuple[Beams, Index, Index]], sieve: _Sieve
+    ) -> Iterator[Pairs]:
+        """Of beams and the primitives that they may meet, rays and those that they may."""
+        for beams, which, primitives in pairs:
+            step = max(1, _PAIRS // beams.size)
+            for start in range(0, len(which), step):
+                some = slice(start, start + step)
+                may_meet = sieve(beams, which[some], primitives[some])
+                offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), beams.size)))
+                pair, at = np.divmod(offered, beams.size)
+                yield beams.index[which[some][pair], at], primitives[some][pair]
