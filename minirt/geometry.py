@@ -10,9 +10,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from minirt import raster
 from minirt.bvh import Patches, Tree, build
 from minirt.memory import require_memory
-from minirt.raster import Clusters
 from minirt.scene import Facets, Scene, Sphere
 from minirt.vectors import Floats, Index, Ints, cross, dot, norm
 
@@ -44,6 +44,11 @@ class Spheres:
     def tree(self) -> Tree:
         """Boxes around the spheres."""
         return build(self.center - self.radius, self.center + self.radius)
+
+    @cached_property
+    def groups(self) -> raster.Spheres:
+        """Their groups of neighbours."""
+        return raster.Spheres.of(self.tree, self.center, self.radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +83,9 @@ class Triangles:
         )  # fmt: skip
 
     @cached_property
-    def clusters(self) -> Clusters:
+    def groups(self) -> raster.Triangles:
         """Their groups of neighbours."""
-        return Clusters.of(self.tree, (self.a, self.b, self.c), _unit_or_zero(self.N))
+        return raster.Triangles.of(self.tree, (self.a, self.b, self.c), _unit_or_zero(self.N))
 
 
 @dataclass(frozen=True, eq=False)

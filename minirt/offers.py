@@ -48,18 +48,28 @@ class Offers:
     def spheres(self, spheres: Spheres) -> Iterator[Pairs]:
         """Pairs of a ray and a sphere."""
         sieve = partial(may_touch, spheres.center, spheres.radius)
-        yield from self._any(len(spheres.radius), spheres.tree, sieve)
+        yield from self._drawn(spheres, len(spheres.radius), sieve)
 
     def triangles(self, triangles: Triangles) -> Iterator[Pairs]:
         """Pairs of a ray and a triangle."""
-        tree, m = triangles.tree, len(triangles.object)
-        sieve = self._flat(lambda: triangles.patches, tree)
-        drawing = self._drawing(triangles) if m > _FEW else None
+        sieve = self._flat(lambda: triangles.patches, triangles.tree)
+        yield from self._drawn(triangles, len(triangles.object), sieve)
+
+    def _drawn(self, kind: Spheres | Triangles, m: int, sieve: _Sieve) -> Iterator[Pairs]:
+        """All m of a kind, drawn over the rays' picture if they have one and it pays."""
+        drawing = self._drawing(kind) if m > _FEW else None
         if drawing is None:
-            yield from self._any(m, tree, sieve)
+            yield from self._any(m, kind.tree, sieve)
         else:
             yield from self._few(drawing.close, sieve)
             yield from drawing.pairs(self._limit)
+
+    def _drawing(self, kind: Spheres | Triangles) -> Drawing | None:
+        picture = Picture.of(self._rays, kind.tree.reach)
+        if picture is None:
+            return None
+        drawing = Drawing(picture, kind.groups)
+        return drawing if drawing.worth else None
 
     def _flat(self, patches: Callable[[], Patches], tree: Tree) -> _Sieve:
         """The sieve of flat primitives, whose patches are only asked for when it is used."""
@@ -67,14 +77,6 @@ class Offers:
         return lambda beams, which, primitives: may_cross(
             patches(), beams, which, primitives, pad, self._limit
         )
-
-    def _drawing(self, triangles: Triangles) -> Drawing | None:
-        """The triangles drawn over the rays' picture, if they have one and it pays."""
-        picture = Picture.of(self._rays, triangles.tree.reach)
-        if picture is None:
-            return None
-        drawing = Drawing(picture, triangles.clusters)
-        return drawing if drawing.worth else None
 
     def _any(self, m: int, tree: Tree, sieve: _Sieve) -> Iterator[Pairs]:
         """All m of a kind, by their tree if they are many."""

@@ -10,7 +10,7 @@ from minirt.beams import PAD, Rays
 from minirt.vectors import Bools, Floats, Index, cross, dot, unit
 
 #: Rays that are worth a picture.
-_LEAST = 1_024
+_LEAST = 256
 #: Cells of a row for each of its rays, and lines for each row that is looked for.
 _FINE = 4
 #: Rays along each side of a block, and blocks along each side of a picture at most.
@@ -47,9 +47,6 @@ class Picture:
     ----------
     sound : bool
         Whether all rays go ahead, at no steep slopes; of others nothing else may be asked.
-    stretch : float
-        What lies within e of a ray is within e·stretch of its point, over its own depth if the
-        rays leave one point.
     earliest : (n,) float64
         Depth of each ray's start.
     """
@@ -68,10 +65,12 @@ class Picture:
                 self._u, self._v, self._begin = frame @ (rays.P0 - origin)
             self.earliest = self._begin + self._speed * rays.t0
             low, high = ((f(self._u), f(self._v)) for f in (np.min, np.max))
-            self.stretch = 1.0 + float(np.abs([low, high]).max()) if central else 1.0
+            self._slope = float(np.abs([low, high]).max()) if central else 0.0
+            # |u·ε_z − ε_x| ≤ √(1 + u²)·|ε|
+            self._stretch = (1.0 + self._slope**2) ** 0.5 * (1.0 + PAD)
             self._low, self._size = np.array(low), np.array(high) - low
         finite = np.isfinite(self._size).all() and np.isfinite(self.earliest).all()
-        self.sound = bool(finite and (self._speed > 0).all() and self.stretch < 1.0 + _STEEP)
+        self.sound = bool(finite and (self._speed > 0).all() and self._slope < _STEEP)
         if self.sound:
             self._sort()
 
@@ -150,11 +149,15 @@ class Picture:
         """Whether things from that depth (k,) on can be drawn."""
         return depth > self.close if self.central else np.ones(depth.shape, dtype=np.bool_)
 
-    def seen_size(self, length: Floats, depth: Floats, drawable: Bools) -> Floats:
-        """How far from its (u, v) a ray's may be that passes a point within a length, (k,) all."""
-        size = length * self.stretch
+    def seen_size(self, length: Floats, depth: Floats) -> Floats:
+        """How far from a point's (u, v), (k,), a ray's may be that passes within a length of it.
+
+        +inf where the point is not `beyond`.
+        """
+        size: Floats = length * self._stretch
         if self.central:
-            size = np.divide(size, depth, out=np.full_like(size, np.inf), where=drawable)
+            beyond = self.beyond(depth)
+            size = np.divide(size, depth, out=np.full_like(size, np.inf), where=beyond)
         return size
 
     def grazes(self, X: Floats, N: Floats, far: Floats, sine: float) -> Bools:
@@ -168,7 +171,7 @@ class Picture:
         sine : float
         """
         if self.central:
-            distance, farthest = dot(N, X - self.origin), 2.0 * self.stretch * far
+            distance, farthest = dot(N, X - self.origin), (1.0 + 2.0 * self._slope) * far
         else:
             distance, farthest = self.frame[2] @ N, np.ones(N.shape[1])
         grazing: Bools = np.abs(distance) <= 1.01 * sine * farthest

@@ -1,11 +1,12 @@
-"""Culling by conservative rasterization: which triangles lie over the points of a picture.
+"""Culling by conservative rasterization: which primitives lie over the points of a picture.
 
-Triangles are drawn a little larger than they are, row by row, and near ones first, so that what
-rays have met hides what lies behind. Like a tree's boxes, this only offers triangles to rays.
+They are drawn a little larger than they are, row by row, and near ones first, so that what
+rays have met hides what lies behind. Like a tree's boxes, this only offers primitives to rays.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
@@ -17,53 +18,19 @@ from minirt.bvh import GRAZING, Tree
 from minirt.picture import Picture
 from minirt.vectors import Floats, Index, norm, take
 
-#: Triangles a ray that are worth drawing.
-_MOST = 8
-#: Triangles that are too close to be drawn, at most.
+#: Primitives a ray that are worth drawing.
+_MOST = 16
+#: Primitives that are too close to be drawn, at most.
 _FEW = 32
-#: Triangles drawn at once, their rows gone through at once, and pairs with rays yielded at once.
+#: Primitives drawn at once, their rows gone through at once, and pairs with rays yielded at once.
 _CHUNK, _ROWS, _PAIRS = 16_384, 65_536, 16_384
 
 
 @dataclass(frozen=True, eq=False)
-class Clusters:
-    """Triangles in k groups of s neighbours.
-
-    Attributes
-    ----------
-    triangles : (k, s) intp
-        Their numbers; some stand in two places.
-    corners : (3, 3, k, s) float64
-        By coordinate and vertex.
-    N : (3, k, s) float32
-        Unit normals.
-    middle : (3, k) float64
-    radius : (k,) float64
-        Of a ball around each group.
-    """
-
-    triangles: Index
-    corners: Floats
-    N: NDArray[np.float32]
-    middle: Floats
-    radius: Floats
-
-    @classmethod
-    def of(cls, tree: Tree, corners: tuple[Floats, Floats, Floats], N: Floats) -> Clusters:
-        """The groups that stand together in a tree of the triangles with those vertices (3, m)."""
-        size = np.prod([boxes.shape[2] for boxes in tree.boxes[-2:]])
-        triangles = tree.primitives.reshape(-1, size)
-        gathered = np.empty((3, 3, *triangles.shape))
-        for k, vertex in enumerate(corners):
-            np.take(vertex, triangles, axis=1, out=gathered[:, k])
-        low, high = gathered.min(axis=(1, 3)), gathered.max(axis=(1, 3))
-        normals = N.astype(np.float32).take(triangles, axis=1)
-        return cls(triangles, gathered, normals, (low + high) / 2, norm(high - low) / 2)
-
-
-@dataclass(frozen=True, eq=False)
-class _Placed:
+class Placed:
     """Triangles as they lie in a picture, grown by as much as rays may pass by them.
+
+    What is round is a triangle of no size that is grown by its radius.
 
     Attributes
     ----------
@@ -84,13 +51,102 @@ class _Placed:
     far: Floats
     grown: Floats
 
-    def take(self, index: Index) -> _Placed:
+    def take(self, index: Index) -> Placed:
         """Some of them."""
-        return _Placed(*(value.take(index, axis=-1) for value in vars(self).values()))
+        return Placed(*(value.take(index, axis=-1) for value in vars(self).values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Groups(ABC):
+    """Primitives in k groups of s neighbours.
+
+    Attributes
+    ----------
+    members : (k, s) intp
+        Their numbers; some stand in two places.
+    middle : (3, k) float64
+    radius : (k,) float64
+        Of a ball around each group.
+    """
+
+    members: Index
+    middle: Floats
+    radius: Floats
+
+    @abstractmethod
+    def placed(self, picture: Picture, groups: Index) -> Placed:
+        """The members of some groups; of those that are not `beyond` only the depths count."""
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles(Groups):
+    """Triangles by their corners (3, 3, k, s), by coordinate and vertex, and unit normals."""
+
+    corners: Floats
+    N: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, tree: Tree, corners: tuple[Floats, Floats, Floats], N: Floats) -> Triangles:
+        """Triangles with those vertices (3, m), as they stand together in their tree."""
+        members = _neighbours(tree)
+        gathered = np.empty((3, 3, *members.shape))
+        for k, vertex in enumerate(corners):
+            np.take(vertex, members, axis=1, out=gathered[:, k])
+        low, high = gathered.min(axis=(1, 3)), gathered.max(axis=(1, 3))
+        normals = N.astype(np.float32).take(members, axis=1)
+        return cls(members, (low + high) / 2, norm(high - low) / 2, gathered, normals)
+
+    def placed(self, picture: Picture, groups: Index) -> Placed:
+        """The triangles of some groups.
+
+        Where rays meet a plane at a small angle, a kernel's point of it may be anywhere near the
+        triangle: it grows by its own length.
+        """
+        which = self.members.take(groups, axis=0).ravel()
+        X = self.corners.take(groups, axis=2).reshape(3, 3, -1)
+        N = self.N.take(groups, axis=1).reshape(3, -1).astype(np.float64)
+        u, v, depth = (c.reshape(3, -1) for c in picture.points(X.reshape(3, -1)))
+        near, far = reduce(np.minimum, depth), reduce(np.maximum, depth)
+        grown = np.full(len(which), picture.pad)
+        flat = np.flatnonzero(picture.grazes(X[:, 0], N, far, GRAZING))
+        edges = X[:, :, flat] - X[:, [1, 2, 0]][:, :, flat]
+        grown[flat] += np.sqrt((edges * edges).sum(axis=0).max(axis=0))
+        near, far = near - grown, far + grown
+        return Placed(which, u, v, near, far, picture.seen_size(grown, near))
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres(Groups):
+    """Spheres by their centers (3, k, s) and radii (k, s)."""
+
+    centers: Floats
+    radii: Floats
+
+    @classmethod
+    def of(cls, tree: Tree, center: Floats, radius: Floats) -> Spheres:
+        """Spheres of those centers (3, m) and radii (m,), as they stand together in their tree."""
+        members = _neighbours(tree)
+        centers, radii = center.take(members, axis=1), radius.take(members)
+        low, high = (centers - radii).min(axis=2), (centers + radii).max(axis=2)
+        return cls(members, (low + high) / 2, norm(high - low) / 2, centers, radii)
+
+    def placed(self, picture: Picture, groups: Index) -> Placed:
+        """The spheres of some groups."""
+        which = self.members.take(groups, axis=0).ravel()
+        grown = self.radii.take(groups, axis=0).ravel() + picture.pad
+        u, v, depth = picture.points(self.centers.take(groups, axis=1).reshape(3, -1))
+        near, far = depth - grown, depth + grown
+        u, v = (np.broadcast_to(x, (3, len(x))) for x in (u, v))
+        return Placed(which, u, v, near, far, picture.seen_size(grown, near))
+
+
+def _neighbours(tree: Tree) -> Index:
+    """The primitives (k, s) of a tree that stand together on its last two levels."""
+    return tree.primitives.reshape(-1, int(np.prod([boxes.shape[2] for boxes in tree.boxes[-2:]])))
 
 
 class Drawing:
-    """Triangles to be drawn over a picture.
+    """Primitives to be drawn over a picture.
 
     Attributes
     ----------
@@ -100,65 +156,44 @@ class Drawing:
         Those that are too close to be drawn: any ray may meet them.
     """
 
-    def __init__(self, picture: Picture, clusters: Clusters) -> None:
-        self._picture, self._clusters = picture, clusters
-        u, v, depth = picture.points(clusters.middle)
-        reach = clusters.radius + picture.pad
+    def __init__(self, picture: Picture, groups: Groups) -> None:
+        self._picture, self._groups = picture, groups
+        u, v, depth = picture.points(groups.middle)
+        reach = groups.radius + picture.pad
         # A triangle may be grown by its own length, and then still is within three radii.
-        drawable = picture.beyond(depth - 3.0 * reach)
-        size = picture.seen_size(reach, depth, drawable)
+        sure = picture.beyond(depth - 3.0 * reach)
+        size = picture.seen_size(reach, np.where(sure, depth, 0.0))
         self._balls = np.stack((u, v, size, depth - reach))
         seen = picture.shows(u, v, size) & (depth + reach >= picture.earliest.min())
-        groups = np.flatnonzero(seen)
-        self._groups = groups[np.argsort(self._balls[3].take(groups))]
-        unsure = np.flatnonzero(seen & ~drawable)
-        many = clusters.triangles.shape[1]
-        n = len(picture)
-        self.worth = len(groups) * many <= _MOST * n and len(unsure) * many <= n
+        some, unsure = np.flatnonzero(seen), np.flatnonzero(seen & ~sure)
+        self._order = some[np.argsort(self._balls[3].take(some))]
+        n, many = len(picture), groups.members.shape[1]
+        self.worth = len(some) * many <= _MOST * n and len(unsure) * many <= n
         if self.worth:
-            placed = self._placed(unsure)
+            placed = groups.placed(picture, unsure)
             close = ~picture.beyond(placed.near) & (placed.far >= 0)
             self.close = np.unique(placed.which[close])
             self.worth = len(self.close) <= _FEW
 
     def pairs(self, limit: Floats) -> Iterator[tuple[Index, Index]]:
-        """Yield (rays, triangles): pairs (p,) that may meet by t = limit (n,), near ones first.
+        """Yield (rays, primitives): pairs (p,) that may meet by t = limit (n,), near ones first.
 
         The caller may lower the limit between two steps.
         """
-        step = max(1, _CHUNK // self._clusters.triangles.shape[1])
-        for start in range(0, len(self._groups), step):
-            groups = self._groups[start : start + step]
+        step = max(1, _CHUNK // self._groups.members.shape[1])
+        for start in range(0, len(self._order), step):
+            some = self._order[start : start + step]
             if start or limit.min() < np.inf:
-                u, v, radius, near = take(self._balls, groups)
-                groups = groups[~self._picture.hides(u, v, radius, near, limit)]
-            placed = self._placed(groups)
+                u, v, radius, near = take(self._balls, some)
+                some = some[~self._picture.hides(u, v, radius, near, limit)]
+            placed = self._groups.placed(self._picture, some)
             drawable = self._picture.beyond(placed.near)
             if not drawable.all():
                 placed = placed.take(np.flatnonzero(drawable))
             yield from self._drawn(placed, limit)
 
-    def _placed(self, groups: Index) -> _Placed:
-        """The triangles of some groups.
-
-        Where rays meet a plane at a small angle, a kernel's point of it may be anywhere near the
-        triangle: it grows by its own length.
-        """
-        picture, clusters = self._picture, self._clusters
-        which = clusters.triangles.take(groups, axis=0).ravel()
-        X = clusters.corners.take(groups, axis=2).reshape(3, 3, -1)
-        N = clusters.N.take(groups, axis=1).reshape(3, -1).astype(np.float64)
-        u, v, depth = (c.reshape(3, -1) for c in picture.points(X.reshape(3, -1)))
-        near, far = reduce(np.minimum, depth), reduce(np.maximum, depth)
-        grown = np.full(len(which), picture.pad)
-        flat = np.flatnonzero(picture.grazes(X[:, 0], N, far, GRAZING))
-        edges = X[:, :, flat] - X[:, [1, 2, 0]][:, :, flat]
-        grown[flat] += np.sqrt((edges * edges).sum(axis=0).max(axis=0))
-        near, far = near - grown, far + grown
-        return _Placed(which, u, v, near, far, picture.seen_size(grown, near, picture.beyond(near)))
-
-    def _drawn(self, placed: _Placed, limit: Floats) -> Iterator[tuple[Index, Index]]:
-        """The pairs of some triangles."""
+    def _drawn(self, placed: Placed, limit: Floats) -> Iterator[tuple[Index, Index]]:
+        """The pairs of some primitives."""
         picture, grown = self._picture, placed.grown
         (left, right), (bottom, top) = _ends(placed.u, grown), _ends(placed.v, grown)
         first, count = picture.rows(bottom, top)
@@ -206,7 +241,7 @@ class _Outlines:
     upper: Floats
 
     @classmethod
-    def of(cls, placed: _Placed) -> _Outlines:
+    def of(cls, placed: Placed) -> _Outlines:
         """The outlines of triangles."""
         u, v = list(placed.u), list(placed.v)
         for i, j in ((0, 1), (1, 2), (0, 1)):

@@ -30,24 +30,25 @@ class Surfaces:
 
 def object_materials(scene: Scene) -> Surfaces:
     """The material of each object of a scene; ior is NaN where there is none."""
-    of = [scene.materials[thing.material] for thing in scene.objects]
+    number = {name: k for k, name in enumerate(scene.materials)}
+    each = scene.materials.values()
 
     def colors(name: str) -> Floats:
-        return np.array([getattr(m, name) for m in of], dtype=np.float64).reshape(-1, 3).T
+        return np.array([getattr(m, name) for m in each], dtype=np.float64).reshape(-1, 3).T
 
     def numbers(name: str) -> Floats:
-        return np.array([getattr(m, name) for m in of], dtype=np.float64)
+        return np.array([getattr(m, name) for m in each], dtype=np.float64)
 
     return Surfaces(
         colors("ambient"),
         colors("diffuse"),
         colors("specular"),
-        np.array([m.shininess for m in of], dtype=np.int32),
+        np.array([m.shininess for m in each], dtype=np.int32),
         numbers("reflectance"),
         numbers("transmittance"),
         numbers("ior"),
         numbers("alpha"),
-    )
+    ).take(np.array([number[thing.material] for thing in scene.objects], dtype=np.intp))
 
 
 def illuminate(
