@@ -18,8 +18,10 @@ WHOLE, PARTS = 64, 4
 PAD = 2.0**-40
 #: Pairs of a beam and a box whose numbers stay in a processor's nearest caches.
 _NEARBY = 16_384
-#: Slopes beyond which a beam is too wide to be told from all of space.
-_WIDE = 16.0
+#: Slopes that its rays may differ by: a wider beam meets so much that its parts cost less.
+_WIDE = 0.02
+#: 1/0, for a ray's way through a slab that it does not cross.
+_NEVER = 2.0**300
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +96,12 @@ class Beams:
         return np.sqrt(squares)
 
     @cached_property
+    def rows(self) -> tuple[Floats, Floats]:
+        """P0 and d (3, b) of single rays."""
+        P0, d = (np.ascontiguousarray(v[:, :, 0].T) for v in (self.P0, self.d))
+        return P0, d
+
+    @cached_property
     def toward_origin(self) -> Floats:
         """−d·P0, (b, s)."""
         along: Floats = np.einsum("bks,bks->bs", self.d, self.P0)
@@ -110,9 +118,9 @@ class Beams:
         return [value if len(self) == 1 else value[which] for value in values]
 
     @cached_property
-    def span(self) -> Span:
+    def span(self) -> Span | Slabs:
         """What bounds them."""
-        return Span(self)
+        return Span(self) if self.size > 1 else Slabs(self)
 
     def divided(self, index: Index) -> Beams:
         """Some of them, each in its parts, which follow each other."""
@@ -134,7 +142,7 @@ class Span:
     ----------
     together : (b,) bool
         Whether the rays of a beam keep so close together that `meet` can tell boxes that they
-        miss. Of a single ray that does not, which has no direction, it says that all are missed.
+        miss.
     """
 
     def __init__(self, beams: Beams) -> None:
@@ -159,7 +167,7 @@ class Span:
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # not together
                 slope = beams.d[beam, axis] / step
             least, most = slope.min(axis=1), slope.max(axis=1)
-            together &= (least > -_WIDE) & (most < _WIDE)
+            together &= most - least < _WIDE
             self._aside.append((axis, low[beam, axis], high[beam, axis], least, most))
         self.together: Bools = together
 
@@ -216,6 +224,63 @@ class Span:
             upper -= planes.take(k, axis=0).T
             meets &= upper >= -pad - high[which]
         np.minimum(x0 / slowest, x0 / fastest, out=near)
+        near[~meets] = np.inf
+
+
+class Slabs:
+    """The bounds of single rays, which each box's three pairs of planes cut.
+
+    Rays are counted along their main axis, and mirrored where they go back along an axis.
+    """
+
+    def __init__(self, beams: Beams) -> None:
+        P0, d = beams.rows
+        back, axis, speed = d < 0, np.arange(3)[:, None], np.abs(d).max(axis=0)
+        t0 = beams.t0[:, 0]
+        with np.errstate(all="ignore"):  # without a direction: all boxes are missed
+            start = (t0 - PAD * np.abs(t0)) * speed
+            inverse = np.minimum(speed / np.abs(d), _NEVER)
+        # What a ray is asked for lies together: its cost is that of fetching it.
+        self._numbers = np.stack((*np.where(back, -P0, P0), *inverse, speed, start), axis=1)
+        planes = np.where(back, (axis + 3, axis), (axis, axis + 3))
+        self._planes = planes.reshape(6, -1).T.copy()
+
+    @property
+    def together(self) -> Bools:
+        """Whether a ray keeps together: it does."""
+        return np.ones(len(self._numbers), dtype=np.bool_)
+
+    def meet(self, which: Index, boxes: Floats, nodes: Index, latest: Floats, pad: float) -> Floats:
+        """As `Span.meet`."""
+        planes = boxes.reshape(-1, boxes.shape[2])
+        near = np.empty((boxes.shape[2], len(which)))
+        step = max(1, _NEARBY // boxes.shape[2])
+        for first in range(0, len(which), step):
+            some = slice(first, first + step)
+            with np.errstate(all="ignore"):  # without a direction
+                self._meet(which[some], planes, 6 * nodes[some], latest, pad, near[:, some])
+        return near
+
+    def _meet(
+        self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
+    ) -> None:
+        """`meet` for few pairs, into near (c, p)."""
+        far, cut = np.empty((2, *near.shape))
+        numbers = self._numbers.take(which, axis=0).T.copy()
+        rows = self._planes.take(which, axis=0).T + base
+        speed = numbers[6]
+        near[:] = numbers[7]
+        far[:] = latest.take(which) * speed + pad
+        for axis in range(3):
+            P0, inverse = numbers[axis], numbers[3 + axis]
+            np.subtract(planes.take(rows[axis], axis=0).T, P0 + pad, out=cut)
+            cut *= inverse
+            np.maximum(near, cut, out=near)
+            np.add(planes.take(rows[3 + axis], axis=0).T, P0 - pad, out=cut)
+            cut *= -inverse
+            np.minimum(far, cut, out=far)
+        meets = near <= far
+        near /= speed
         near[~meets] = np.inf
 
 

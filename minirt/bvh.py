@@ -14,14 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from minirt.beams import PAD, PARTS, Beams
-from minirt.vectors import Bools, Floats, Index, take
+from minirt.vectors import Bools, Floats, Index, dot, take
 
 _WIDTH = 8
 #: Nodes of one level that a beam may meet before it is divided.
 _CROWD = 24
-#: Nodes of a beam that are opened before the others are culled again by what was met in them.
-_FIRST = 2
-#: Pairs of a ray and a node below which neither beams are divided nor nodes sorted.
+#: Pairs of a ray and a node below which neither beams are divided nor near nodes opened first.
 _MANY = 65_536
 #: Sine of the angle below which a plane's crossing is not trusted to cull.
 GRAZING = 2.0**-8
@@ -114,9 +112,11 @@ class _Open:
     def opened(self, boxes: Floats, latest: Floats, pad: float) -> Iterator[_Open]:
         """The pairs with the nodes' children that meet; what is to be looked at first comes last.
 
-        Beams that meet too many are divided, and their parts open the nodes again.
+        That is the nearest child of each pair: what is met in it may hide the others. Beams that
+        meet too many are divided, and their parts open the nodes again.
         """
         near = self.beams.span.meet(self.which, boxes, self.nodes, latest, pad)
+        best = near.min(axis=0)
         met = np.flatnonzero(near < np.inf)
         child, pair = np.divmod(met, len(self.which))
         which, nodes = self.which[pair], self.nodes[pair] * len(near) + child
@@ -126,10 +126,10 @@ class _Open:
             if self.beams.size > 1 and crowded.any():
                 yield self._in_parts(crowded)
                 rest = np.flatnonzero(~crowded[which])
-                which, nodes, near = which[rest], nodes[rest], near[rest]
-            if len(which) > _FIRST * len(self.beams):
-                which, nodes, near, far = _nearest(which, nodes, near)
-                yield _Open(self.beams, self.level + 1, *far)
+                which, nodes, near, pair = which[rest], nodes[rest], near[rest], pair[rest]
+            first = near <= best[pair]
+            yield _Open(self.beams, self.level + 1, which[~first], nodes[~first], near[~first])
+            which, nodes, near = which[first], nodes[first], near[first]
         yield _Open(self.beams, self.level + 1, which, nodes, near)
 
     def _in_parts(self, crowded: Bools) -> _Open:
@@ -139,19 +139,6 @@ class _Open:
         parts = (place[:, None] * PARTS + np.arange(PARTS)).ravel()
         finer = self.beams.divided(np.flatnonzero(crowded))
         return _Open(finer, self.level, parts, np.repeat(self.nodes[some], PARTS))
-
-
-def _nearest(
-    which: Index, nodes: Index, near: Floats
-) -> tuple[Index, Index, Floats, tuple[Index, Index, Floats]]:
-    """The nearest nodes of each beam, and the others."""
-    order = np.lexsort((near, which))
-    which, nodes, near = which[order], nodes[order], near[order]
-    first = np.flatnonzero(np.append(True, np.diff(which) > 0))
-    count = np.diff(np.append(first, len(order)))
-    rank = np.arange(len(order)) - np.repeat(first, count)
-    now = rank < np.repeat(np.maximum(_FIRST, count // 3), count)
-    return which[now], nodes[now], near[now], (which[~now], nodes[~now], near[~now])
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +175,8 @@ def may_cross(
     -------
     (p, s) bool
     """
+    if beams.size == 1:
+        return _may_cross_singly(patches, beams, which, primitives, pad, limit)
     P0, d, length, t0, index = beams.of(
         which, beams.P0, beams.d, beams.length, beams.t0, beams.index
     )
@@ -205,6 +194,26 @@ def may_cross(
         within &= t * along[:, k] >= least[:, k]
     within |= ~steep
     return within
+
+
+def _may_cross_singly(
+    patches: Patches, beams: Beams, which: Index, primitives: Index, pad: float, limit: Floats
+) -> Bools:
+    """`may_cross` for beams of one ray, (p, 1)."""
+    P0, d = (take(v, which) for v in beams.rows)
+    t0, length = beams.t0[:, 0].take(which), beams.length[:, 0].take(which)
+    N = patches.N.take(primitives, axis=0).T
+    slope = dot(N, d)
+    steep = np.abs(slope) > GRAZING * length
+    t = (patches.offset.take(primitives) - dot(N, P0)) / np.where(steep, slope, 1.0)
+    slack, latest = pad / length, limit.take(beams.index[:, 0].take(which))
+    within: Bools = (t >= t0 - slack) & (t <= latest + slack)
+    sides, least = patches.sides.take(primitives, axis=0), patches.least.take(primitives, axis=0)
+    for k in range(sides.shape[1]):
+        side = sides[:, k].T
+        within &= t * dot(side, d) >= least[:, k] - pad - dot(side, P0)
+    within |= ~steep
+    return within[:, None]
 
 
 def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Index) -> Bools:
