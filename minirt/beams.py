@@ -38,20 +38,22 @@ class Rays:
     d: Floats
     t0: Floats
 
-    def beams(self) -> Iterator[Beams]:
+    @cached_property
+    def beams(self) -> list[Beams]:
         """All of them: in whole beams where they keep together, in parts of such where not."""
         n, size = self.P0.shape[1], WHOLE
         first = np.arange(0, n, size)
+        found: list[Beams] = []
         while len(first):
             beams = Beams(self, first, size)
             together = beams.span.together
-            if together.all() or size == 1:
-                yield beams
-                return
+            if together.all():
+                return [*found, beams]
             if together.any():
-                yield Beams(self, first[together], size)
+                found.append(Beams(self, first[together], size))
             first = _parts(first[~together], size)
             first, size = first[first < n], size // PARTS
+        return found
 
     def crowds(self, size: int) -> Iterator[Beams]:
         """All of them in single beams of up to so many, which nothing bounds."""

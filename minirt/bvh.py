@@ -80,7 +80,7 @@ def visit(
     limit : (n,) float64
         Largest t of interest for each ray; the caller may lower it between two steps.
     pad : float
-        From `padding`.
+        What boxes grow by.
     """
     work = [_Open(beams, 0, np.arange(len(beams)), np.zeros(len(beams), np.intp)) for beams in rays]
     while work:
@@ -242,8 +242,3 @@ def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Inde
     LL = size * (1 - PAD) - 2.0 * (center @ P0)[:, 0] + far
     touched: Bools = ~(b * b < aa * LL)
     return touched
-
-
-def padding(P0: Floats, reach: float) -> float:
-    """What boxes of that reach grow by for rays from P0 (3, n)."""
-    return PAD * max(reach, float(np.fmax.reduce(np.abs(P0), axis=None, initial=0.0)))

@@ -19,8 +19,8 @@ _BLOCK, _BLOCKS = 16, 256
 _MANY = 2**15
 #: Slopes beyond which rays do not keep together.
 _STEEP = 16.0
-#: Share of the largest number in play within which points are one, and things are too close.
-_POINT = 2.0**-16
+#: Share of the largest number in play within which things are too close.
+_CLOSE = 2.0**-16
 
 
 class Picture:
@@ -75,25 +75,24 @@ class Picture:
             self._sort()
 
     @classmethod
-    def of(cls, rays: Rays, reach: float) -> Picture | None:
+    def of(cls, rays: Rays, pad: float, reach: float) -> Picture | None:
         """The picture of rays that have one, among things of that largest coordinate magnitude."""
         P0, d = rays.P0, rays.d
         if P0.shape[1] < _LEAST or not (rays.t0 >= 0).all():
             return None
-        low, high = P0.min(axis=1, keepdims=True), P0.max(axis=1, keepdims=True)
-        spread = float((high - low).sum())
-        reach = max(reach, float(np.abs(low).max()), float(np.abs(high).max()))
-        central = spread <= _POINT * reach
+        central = P0.strides[1] == 0
         if central:
+            origin = P0[:, :1]
             along, ahead = _screen(d)
         elif d.strides[1] == 0:
+            low, high = P0.min(axis=1, keepdims=True), P0.max(axis=1, keepdims=True)
+            origin = (low + high) / 2
             along, ahead = high - low, unit(d[:, :1])
         else:
             return None
         along = unit(along - dot(along, ahead) * ahead)
         frame = np.concatenate((along, cross(ahead, along), ahead), axis=1).T
-        pad = PAD * reach + (spread if central else 0.0)
-        picture = cls(rays, frame, (low + high) / 2, central, pad, _POINT * reach)
+        picture = cls(rays, frame, origin, central, pad, _CLOSE * reach)
         return picture if picture.sound else None
 
     def __len__(self) -> int:

@@ -102,7 +102,7 @@ def test_many_rays_meet_few_boxes() -> None:
     rays = Rays(np.zeros((3, 2000)), rng.normal(size=(3, 2000)), np.zeros(2000))
     asked = sum(
         beams.size * len(primitives)
-        for beams, _, primitives in visit(spheres.tree, rays.beams(), np.full(2000, np.inf), 0.0)
+        for beams, _, primitives in visit(spheres.tree, rays.beams, np.full(2000, np.inf), 0.0)
     )
     assert 0 < asked < 0.1 * 500 * 2000
 

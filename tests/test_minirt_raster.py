@@ -61,7 +61,7 @@ def _central(rng: np.random.Generator, targets: Floats) -> tuple[Floats, Floats]
 
 
 def _nearly_central(rng: np.random.Generator, targets: Floats) -> tuple[Floats, Floats]:
-    P0 = EYE[:, None] + 1e-6 * rng.normal(size=targets.shape)
+    P0 = EYE[:, None] + 1e-7 * rng.normal(size=targets.shape)
     return P0, targets - P0
 
 
@@ -193,7 +193,7 @@ def test_a_drawing_offers_few_pairs_and_hides_what_lies_behind() -> None:
     scene = scene_with([triangle(v) for v in (*layers, *other)], eye=[0, 0, 3])
     P0, d = _screen(128, 128)
     triangles = Geometry.of(scene).triangles
-    picture = Picture.of(Rays(P0, d, np.zeros(P0.shape[1])), triangles.tree.reach)
+    picture = Picture.of(Rays(P0, d, np.zeros(P0.shape[1])), 1e-11, triangles.tree.reach)
     assert picture is not None
     limit = np.full(P0.shape[1], np.inf)
     offered = 0
@@ -240,19 +240,19 @@ def test_other_rays_have_no_picture(
     change: Callable[[Floats, Floats], tuple[Floats, Floats]],
 ) -> None:
     P0, d = _screen(64, 64)
-    assert Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 5.0) is not None
+    assert Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is not None
     P0, d = change(P0, d)
-    assert Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 5.0) is None
+    assert Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is None
 
 
 def test_rays_that_may_go_back_have_no_picture() -> None:
     P0, d = _screen(64, 64)
-    assert Picture.of(Rays(P0, d, np.full(d.shape[1], -1.0)), 5.0) is None
+    assert Picture.of(Rays(P0, d, np.full(d.shape[1], -1.0)), 1e-11, 5.0) is None
 
 
 def test_rows_of_a_picture_are_those_of_the_screen() -> None:
     P0, d = _screen(64, 48)
-    picture = Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 5.0)
+    picture = Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0)
     assert picture is not None
     first, count = picture.rows(np.array([-1.0]), np.array([1.0]))
     bottom, top = picture.band(np.arange(count[0]))
