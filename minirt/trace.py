@@ -88,6 +88,29 @@ def nearest(
     return _Query(geometry, rules, P0, d, t0, t1, False, later_than, earlier_than).run()
 
 
+def nearest_two(
+    geometry: Geometry, rules: Rules, P0: Floats, d: Floats, t0: Floats | float,
+    fixed: Floats | float, relative: float,
+) -> tuple[Hits, Floats]:  # fmt: skip
+    """The first hit of each ray with t ≥ t0, and the t of the next.
+
+    Parameters
+    ----------
+    fixed, relative : (n,) float64 or float, float
+        How far the next is looked for: up to t·(1 + relative) + fixed.
+
+    Returns
+    -------
+    first : Hits
+    t : (n,) float64
+        Of the next hit of any other primitive; if that is farther, anything that is farther too.
+        A primitive may count as its own next.
+    """
+    query = _Query(geometry, rules, P0, d, t0, np.inf)
+    query.watch(fixed, relative)
+    return query.run(), query.next_t
+
+
 def occluded(
     geometry: Geometry, rules: Rules, P0: Floats, d: Floats, t0: Floats | float, t1: float = np.inf
 ) -> Bools:
@@ -115,10 +138,18 @@ class _Query:
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
         self.limit = self.t1.copy()
+        #: t of the second best hit, up to `beyond` the best; kept if it is watched.
+        self.next_t = np.full(n, np.inf)
+        self.watches = False
         #: Scratch: whose turn it is among the hits of a ray.
         self.turn = np.empty(n, dtype=np.intp)
         #: Boxes hold the lecture's shapes only: a replaced rule is asked about every pair.
         self.culls = ASKED_OF_EVERY_PAIR.isdisjoint(rules.changed())
+
+    def watch(self, fixed: Floats | float, relative: float) -> None:
+        """Keep the second best hit too: see `nearest_two`."""
+        self.watches, self.relative = True, relative
+        self.fixed = np.broadcast_to(np.asarray(fixed, dtype=np.float64), self.limit.shape)
 
     def run(self) -> Hits:
         geometry, offers = self.geometry, Offers(Rays(self.P0, self.d, self.t0), self.limit)
@@ -243,15 +274,20 @@ class _Query:
 
     def _keep_one(self, rays: Index, found: Hits) -> None:
         best = self.best
-        better = np.flatnonzero(
-            self.rules.closer(
-                found.t, found.object, found.triangle,
-                best.t[rays], best.object[rays], best.triangle[rays],
-            )
-        )  # fmt: skip
+        t = best.t[rays]
+        closer = self.rules.closer(
+            found.t, found.object, found.triangle, t, best.object[rays], best.triangle[rays]
+        )
+        if self.watches:
+            self.next_t[rays] = np.minimum(self.next_t[rays], np.where(closer, t, found.t))
+        better = np.flatnonzero(closer)
         chosen, found = rays[better], found.take(better)
         best.put(chosen, found)
-        self.limit[chosen] = _ANSWERED if self.any_hit else found.t
+        self.limit[chosen] = _ANSWERED if self.any_hit else self._latest(chosen, found.t)
+
+    def _latest(self, rays: Index, t: Floats) -> Floats:
+        """Largest t of interest for rays whose best hits are at t."""
+        return t * (1.0 + self.relative) + self.fixed[rays] if self.watches else t
 
     def _wanted(self, rays: Index, o: Ints, f: Ints | None) -> Bools:
         """Whether a face, by object and number, is none of those that its ray is to pass over.

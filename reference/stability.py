@@ -43,7 +43,7 @@ from minirt.render import (
 )
 from minirt.rules import SLIDES
 from minirt.scene import Scene
-from minirt.trace import Hits, nearest
+from minirt.trace import Hits, nearest, nearest_two
 from minirt.vectors import Bools, Floats, Index, cross, dot, norm, take, unit
 from minirt.whitted import Points, Whitted
 from reference.source import AlongRay, Declared, NormalOffset
@@ -53,6 +53,9 @@ from reference.surfaces import PerSurface, Surfaces, warp
 #: movement of a smooth answer is at most √2 times the largest of the four; the rest is margin
 #: for its curvature.
 KAPPA = 2.0
+
+#: 1/slope up to which one trace tells whether other surfaces lie within the error of the first.
+_STEEP = 16.0
 
 #: Quantities whose agreement makes a quantity certain, beside itself where it is discrete.
 _CHAIN: dict[str, tuple[str, ...]] = {
@@ -299,26 +302,32 @@ class Displaced(Whitted):
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
         """The first hits; in two opposite directions the last within the error, else the first."""
-        hits = super().first_hits(P0, d, t0)
-        self._settle_contested(P0, d, t0, hits)
+        apart = 2.0 * _STEEP * self.step / norm(d)
+        relative = 2.0 * (_STEEP * self.tilt + self.declared.grain)
+        hits, next_t = nearest_two(self.geometry, self.rules, P0, d, t0, apart, relative)
+        met = np.flatnonzero(hits.object >= 0)
+        first = hits.take(met)
+        gap = self._gap(take(P0, met), take(d, met), first)
+        watched = first.t * (1.0 + relative) + apart[met]
+        contested = np.minimum(next_t[met], watched) <= first.t + gap
+        self._settle(P0, d, t0, hits, met[contested], gap[contested])
         return hits
 
-    def _settle_contested(self, P0: Floats, d: Floats, t0: float, hits: Hits) -> None:
+    def _settle(
+        self, P0: Floats, d: Floats, t0: float, hits: Hits, rays: Index, gap: Floats
+    ) -> None:
         """Go on to the last (the first) in the scene's order, one contestant after the other."""
-        met = np.flatnonzero(hits.object >= 0)
-        t, gap = hits.t[met], self._gap(take(P0, met), take(d, met), hits.take(met))
+        t = hits.t[rays]
         low, high = np.maximum(t - gap, t0), t + gap
-        on = np.arange(len(t))
-        while len(on):
-            rays = met[on]
+        while len(rays):
             known = hits.take(rays)
             beyond = (known, None) if self.k % 2 == 0 else (None, known)
             other = nearest(
-                self.geometry, self.rules, take(P0, rays), take(d, rays), low[on], high[on], *beyond
+                self.geometry, self.rules, take(P0, rays), take(d, rays), low, high, *beyond
             )
             contested = np.flatnonzero(other.object >= 0)
-            hits.put(rays[contested], other.take(contested))
-            on = on[contested]
+            rays, low, high = rays[contested], low[contested], high[contested]
+            hits.put(rays, other.take(contested))
 
     def _gap(self, P0: Floats, d: Floats, hits: Hits) -> Floats:
         """How much of t (n,) may lie between two surfaces that the error can exchange."""
