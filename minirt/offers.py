@@ -89,7 +89,7 @@ class Offers:
     def _view(self, tree: Tree) -> _View:
         """The rays as a kind's culling sees them: from one point if they nearly leave one."""
         reach = max(tree.reach, self._magnitude)
-        if self._rays.P0.strides[1] != 0 and self._spread <= _POINT * reach:
+        if self._rays.P0.strides[1] != 0 and 0 <= self._spread <= _POINT * reach:
             return _View(tree, self._from_one_point, self._spread, reach)
         return _View(tree, self._rays, 0.0, reach)
 
@@ -102,7 +102,8 @@ class Offers:
 
     @cached_property
     def _spread(self) -> float:
-        return float((self._ends[1] - self._ends[0]).sum())
+        with np.errstate(invalid="ignore"):  # not finite: no point
+            return float((self._ends[1] - self._ends[0]).sum())
 
     @cached_property
     def _magnitude(self) -> float:
