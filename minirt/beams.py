@@ -20,6 +20,8 @@ PAD = 2.0**-40
 _NEARBY = 16_384
 #: Slopes that its rays may differ by: a wider beam meets so much that its parts cost less.
 _WIDE = 0.02
+#: Share of beams that keep together below which the rays of the others are taken one by one.
+_RARE = 1 / 16
 #: 1/0, for a ray's way through a slab that it does not cross.
 _NEVER = 2.0**300
 
@@ -51,8 +53,9 @@ class Rays:
                 return [*found, beams]
             if together.any():
                 found.append(Beams(self, first[together], size))
-            first = _parts(first[~together], size)
-            first, size = first[first < n], size // PARTS
+            parts = size if together.mean() < _RARE else PARTS
+            first = _parts(first[~together], size, parts)
+            first, size = first[first < n], size // parts
         return found
 
     def crowds(self, size: int) -> Iterator[Beams]:
@@ -126,7 +129,8 @@ class Beams:
 
     def divided(self, index: Index) -> Beams:
         """Some of them, each in its parts, which follow each other."""
-        return Beams(self._rays, _parts(self._first[index], self.size), self.size // PARTS)
+        parts = _parts(self._first[index], self.size, PARTS)
+        return Beams(self._rays, parts, self.size // PARTS)
 
     def latest(self, limit: Floats) -> Floats:
         """The largest limit (n,) of t in each beam, and a little more, (b,)."""
@@ -281,13 +285,13 @@ class Slabs:
             np.add(planes.take(rows[3 + axis], axis=0).T, P0 - pad, out=cut)
             cut *= -inverse
             np.minimum(far, cut, out=far)
-        meets = near <= far
+        missed = ~(near <= far)
         near /= speed
-        near[~meets] = np.inf
+        np.copyto(near, np.inf, where=missed)
 
 
-def _parts(first: Index, size: int) -> Index:
-    return (first[:, None] + size // PARTS * np.arange(PARTS)).ravel()
+def _parts(first: Index, size: int, parts: int) -> Index:
+    return (first[:, None] + size // parts * np.arange(parts)).ravel()
 
 
 def _of(vectors: Floats, index: Index) -> Floats:
