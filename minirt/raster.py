@@ -163,6 +163,7 @@ class Drawing:
         # A triangle may be grown by its own length, and then still is within three radii.
         sure = picture.beyond(depth - 3.0 * reach)
         size = picture.seen_size(reach, np.where(sure, depth, 0.0))
+        u, v = np.where(sure, u, 0.0), np.where(sure, v, 0.0)  # of others, anywhere
         self._balls = np.stack((u, v, size, depth - reach))
         seen = picture.shows(u, v, size) & (depth + reach >= picture.earliest.min())
         some, unsure = np.flatnonzero(seen), np.flatnonzero(seen & ~sure)

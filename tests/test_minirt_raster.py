@@ -164,6 +164,19 @@ def test_a_room_around_the_observer_is_seen(drawn: list[int]) -> None:
     assert drawn
 
 
+def test_a_group_around_the_observer_is_seen(drawn: list[int]) -> None:
+    """Its middle is the observer, and projects nowhere."""
+    shape = np.array([(-0.2, -0.1, 0.0), (0.2, -0.1, 0.0), (0.0, 0.2, 0.0)])
+    scene = scene_with([triangle(shape + np.array([0, 0, z])) for z in np.linspace(-8, 8, 40)])
+    _, d = _screen(64, 64)
+    P0, geometry = np.broadcast_to(np.zeros((3, 1)), d.shape), Geometry.of(scene)
+    for until in (np.inf, 6.0):
+        culled, asked = (nearest(geometry, r, P0, d, 0.0, until) for r in (SLIDES, BRUTE))
+        assert culled.t.tobytes() == asked.t.tobytes()
+        assert np.isfinite(asked.t).any()
+    assert len(drawn) == 2
+
+
 def _shrunk(picture: Picture, length: Floats, depth: Floats) -> Floats:
     return np.full(length.shape, -0.01)
 
