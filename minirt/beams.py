@@ -19,7 +19,7 @@ PAD = 2.0**-40
 #: Pairs of a beam and a box whose numbers stay in a processor's nearest caches.
 _NEARBY = 16_384
 #: Slopes that its rays may differ by: a wider beam meets so much that its parts cost less.
-_WIDE = 0.02
+_WIDE = 0.05
 #: Share of beams that keep together below which the rays of the others are taken one by one.
 _RARE = 1 / 16
 #: 1/0, for a ray's way through a slab that it does not cross.

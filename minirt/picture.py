@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from minirt.beams import PAD, Rays
-from minirt.vectors import Bools, Floats, Index, cross, dot, unit
+from minirt.vectors import Bools, Floats, Index, cross, dot, norm, unit
 
 #: Rays that are worth a picture.
 _LEAST = 256
@@ -21,6 +21,8 @@ _MANY = 2**15
 _STEEP = 16.0
 #: Share of the largest number in play within which things are too close.
 _CLOSE = 2.0**-16
+#: A length that is none: nothing is divided by less.
+NOTHING = 1e-250
 
 
 class Picture:
@@ -90,9 +92,7 @@ class Picture:
             along, ahead = high - low, unit(d[:, :1])
         else:
             return None
-        along = unit(along - dot(along, ahead) * ahead)
-        frame = np.concatenate((along, cross(ahead, along), ahead), axis=1).T
-        picture = cls(rays, frame, origin, central, pad, _CLOSE * reach)
+        picture = cls(rays, _frame(along, ahead), origin, central, pad, _CLOSE * reach)
         return picture if picture.sound else None
 
     def __len__(self) -> int:
@@ -125,10 +125,10 @@ class Picture:
 
     def _along(self, axis: int) -> int:
         """About how many rays there are along u (0) or v (1), if they are spread evenly."""
-        this, other = self._size[axis], self._size[1 - axis]
-        if this * other > 0:
+        this, other = float(self._size[axis]), float(self._size[1 - axis])
+        if min(this, other) > NOTHING:
             return int(min(max(1.0, (len(self) * this / other) ** 0.5), _MANY // _FINE))
-        return 1 if this == 0 else min(len(self), _MANY // _FINE)
+        return 1 if this <= NOTHING else min(len(self), _MANY // _FINE)
 
     def _line(self, v: Floats, low: int = 0, high: int = _MANY) -> Index:
         return _number(v, self._low[1], self._size[1], self._lines, low, high)
@@ -233,6 +233,20 @@ class Picture:
         return _Blocks(self._u, self._v, self._low, self._size, shape)
 
 
+def _frame(along: Floats, ahead: Floats) -> Floats:
+    """Three unit vectors as rows, at right angles: about along, and ahead (3, 1) of length one.
+
+    Where `along` says next to nothing but `ahead`, the axis that is most across does.
+    """
+    across = along - dot(along, ahead) * ahead
+    if not norm(across)[0] > 2.0**-10 * norm(along)[0]:
+        across = np.zeros((3, 1))
+        across[np.abs(ahead).argmin()] = 1.0
+    for _ in range(2):  # the second time for the digits that the first has cancelled
+        across = unit(across - dot(across, ahead) * ahead)
+    return np.concatenate((across, cross(ahead, across), ahead), axis=1).T
+
+
 def _screen(d: Floats) -> tuple[Floats, Floats]:
     """Vectors (3, 1) along a row of the screen that d (3, n) end on, and straight toward it.
 
@@ -280,8 +294,9 @@ class _Blocks:
 
 def _number(x: Floats, low: float, size: float, many: int, least: int, most: int) -> Index:
     """In which of many equal parts x (k,) is; a little early, so that the end is in the last."""
-    scaled = x - low
-    scaled *= many * (1.0 - 2.0**-40) / size if size > 0 else 0.0
+    if size <= NOTHING:
+        return np.zeros(x.shape, dtype=np.intp)
+    scaled = (x - low) * (many * (1.0 - 2.0**-40) / size)
     np.maximum(scaled, least, out=scaled)
     np.minimum(scaled, most, out=scaled)
     return scaled.astype(np.intp)

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from minirt.bvh import GRAZING, Tree
-from minirt.picture import Picture
+from minirt.picture import NOTHING, Picture
 from minirt.vectors import Floats, Index, norm, take
 
 #: Primitives a ray that are worth drawing.
 _MOST = 16
 #: Primitives that are too close to be drawn, at most.
-_FEW = 32
+_FEW = 128
 #: Primitives drawn at once, their rows gone through at once, and pairs with rays yielded at once.
 _CHUNK, _ROWS, _PAIRS = 16_384, 65_536, 16_384
 
@@ -228,7 +228,7 @@ class _Outlines:
     u0, u1, v0, v1, v2 : (k,) float64
     slope, lower, upper : (k,) float64
         From the first vertex to the last, from the first to the second, from the second to the
-        last; 0 where v is the same.
+        last; 0 where v is the same: such a triangle is seen edge-on, and grown by its length.
     """
 
     grown: Floats
@@ -275,7 +275,7 @@ def _ends(x: Floats | list[Floats], grown: Floats) -> tuple[Floats, Floats]:
 
 
 def _slope(du: Floats, dv: Floats) -> Floats:
-    return np.divide(du, dv, out=np.zeros_like(du), where=dv > 0)
+    return np.divide(du, dv, out=np.zeros_like(du), where=dv > NOTHING)
 
 
 def _each(first: Index, count: Index) -> Index:
