@@ -14,7 +14,7 @@ _LEAST = 256
 #: Cells of a row for each of its rays, and lines for each row that is looked for.
 _FINE = 4
 #: Rays along each side of a block, and blocks along each side of a picture at most.
-_BLOCK, _BLOCKS = 16, 256
+_BLOCK, _BLOCKS = 8, 256
 #: Lines, and cells of a row, at most.
 _MANY = 2**15
 #: Slopes beyond which rays do not keep together.

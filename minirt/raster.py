@@ -23,7 +23,7 @@ _MOST = 16
 #: Primitives that are too close to be drawn, at most.
 _FEW = 128
 #: Primitives drawn at once, their rows gone through at once, and pairs with rays yielded at once.
-_CHUNK, _ROWS, _PAIRS = 16_384, 65_536, 16_384
+_CHUNK, _ROWS, _PAIRS = 32_768, 65_536, 16_384
 
 
 @dataclass(frozen=True, eq=False)
