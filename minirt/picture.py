@@ -49,6 +49,7 @@ class Picture:
     ----------
     sound : bool
         Whether all rays go ahead, at no steep slopes; of others nothing else may be asked.
+    u : (n,) float64
     earliest : (n,) float64
         Depth of each ray's start.
     """
@@ -62,11 +63,11 @@ class Picture:
             x, y, self._speed = frame @ rays.d
             if central:
                 self._begin = np.zeros(1)
-                self._u, self._v = x / self._speed, y / self._speed
+                self.u, self._v = x / self._speed, y / self._speed
             else:
-                self._u, self._v, self._begin = frame @ (rays.P0 - origin)
+                self.u, self._v, self._begin = frame @ (rays.P0 - origin)
             self.earliest = self._begin + self._speed * rays.t0
-            low, high = ((f(self._u), f(self._v)) for f in (np.min, np.max))
+            low, high = ((f(self.u), f(self._v)) for f in (np.min, np.max))
             self._slope = float(np.abs([low, high]).max()) if central else 0.0
             # |u·ε_z − ε_x| ≤ √(1 + u²)·|ε|
             self._stretch = (1.0 + self._slope**2) ** 0.5 * (1.0 + PAD)
@@ -113,7 +114,7 @@ class Picture:
                 break
         self._rows_before = np.cumsum(np.append(0, filled))
         self._cells = min(_FINE * max(1, len(self) // rows), _MANY)
-        row, cell = self._rows_before.take(line), self._cell(self._u)
+        row, cell = self._rows_before.take(line), self._cell(self.u)
         number = row * self._cells + cell
         self._order = _sorted(row)
         if (np.diff(number.take(self._order)) < 0).any():
@@ -230,7 +231,7 @@ class Picture:
     @cached_property
     def _blocks(self) -> _Blocks:
         shape = [min(max(1, self._along(axis) // _BLOCK), _BLOCKS) for axis in (0, 1)]
-        return _Blocks(self._u, self._v, self._low, self._size, shape)
+        return _Blocks(self.u, self._v, self._low, self._size, shape)
 
 
 def _frame(along: Floats, ahead: Floats) -> Floats:

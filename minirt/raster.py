@@ -109,7 +109,8 @@ class Triangles(Groups):
         near, far = reduce(np.minimum, depth), reduce(np.maximum, depth)
         grown = np.full(len(which), picture.pad)
         flat = np.flatnonzero(picture.grazes(X[:, 0], N, far, GRAZING))
-        edges = X[:, :, flat] - X[:, [1, 2, 0]][:, :, flat]
+        corners = X[:, :, flat]
+        edges = corners - corners[:, [1, 2, 0]]
         grown[flat] += np.sqrt((edges * edges).sum(axis=0).max(axis=0))
         near, far = near - grown, far + grown
         return Placed(which, u, v, near, far, picture.seen_size(grown, near))
@@ -209,12 +210,15 @@ class Drawing:
             at, many = picture.run(row, left, right)
             some = np.flatnonzero(many > 0)
             at, many, which = at.take(some), many.take(some), which.take(some)
+            left, right = left.take(some), right.take(some)
             for few in _pieces(many, _PAIRS):
-                rays = picture.rays(_each(at[few], many[few]))
-                drawn = np.repeat(which[few], many[few])
-                ahead = placed.far.take(drawn) >= picture.earliest.take(rays)
-                ahead &= placed.near.take(drawn) <= picture.latest(limit, rays)
-                some = np.flatnonzero(ahead)
+                run = np.repeat(np.arange(few.start, few.stop), many[few])
+                rays, drawn = picture.rays(_each(at[few], many[few])), which.take(run)
+                u = picture.u.take(rays)
+                over = (left.take(run) <= u) & (u <= right.take(run))
+                over &= placed.far.take(drawn) >= picture.earliest.take(rays)
+                over &= placed.near.take(drawn) <= picture.latest(limit, rays)
+                some = np.flatnonzero(over)
                 yield rays.take(some), placed.which.take(drawn.take(some))
 
 
