@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -123,7 +124,7 @@ class Beams:
         return [value if len(self) == 1 else value[which] for value in values]
 
     @cached_property
-    def span(self) -> Span | Slabs:
+    def span(self) -> _Bounds:
         """What bounds them."""
         return Span(self) if self.size > 1 else Slabs(self)
 
@@ -138,17 +139,55 @@ class Beams:
         return t + PAD * np.abs(t)
 
 
-class Span:
-    """The bounds of beams.
-
-    A beam has a main axis, along which all of its rays advance one way. At a distance x along that
-    axis a ray is at P + x·slope in the two others; a beam holds whatever its P and slopes span.
+class _Bounds(ABC):
+    """What bounds beams, so that boxes can be told that they miss.
 
     Attributes
     ----------
     together : (b,) bool
-        Whether the rays of a beam keep so close together that `meet` can tell boxes that they
-        miss.
+        Whether the rays of a beam keep so close together that `meet` can tell any; single rays do.
+    """
+
+    together: Bools
+
+    def meet(self, which: Index, boxes: Floats, nodes: Index, latest: Floats, pad: float) -> Floats:
+        """The least t at which beams may be in the boxes of nodes, +inf where not by t = latest.
+
+        Parameters
+        ----------
+        which, nodes : (p,) intp
+            Numbers of beams and of nodes, pair by pair.
+        boxes : (n, 6, c) float64
+            Of each node's children: lower corners and, negated, upper ones.
+        latest : (b,) float64
+        pad : float
+            What boxes grow by.
+
+        Returns
+        -------
+        (c, p) float64
+        """
+        planes = boxes.reshape(-1, boxes.shape[2])
+        near = np.empty((boxes.shape[2], len(which)))
+        step = max(1, _NEARBY // boxes.shape[2])
+        for start in range(0, len(which), step):
+            some = slice(start, start + step)
+            with np.errstate(all="ignore"):  # not together
+                self._meet(which[some], planes, 6 * nodes[some], latest, pad, near[:, some])
+        return near
+
+    @abstractmethod
+    def _meet(
+        self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
+    ) -> None:
+        """`meet` for few pairs, into near (c, p)."""
+
+
+class Span(_Bounds):
+    """The bounds of beams.
+
+    A beam has a main axis, along which all of its rays advance one way. At a distance x along that
+    axis a ray is at P + x·slope in the two others; a beam holds whatever its P and slopes span.
     """
 
     def __init__(self, beams: Beams) -> None:
@@ -175,38 +214,11 @@ class Span:
             least, most = slope.min(axis=1), slope.max(axis=1)
             together &= most - least < _WIDE
             self._aside.append((axis, low[beam, axis], high[beam, axis], least, most))
-        self.together: Bools = together
-
-    def meet(self, which: Index, boxes: Floats, nodes: Index, latest: Floats, pad: float) -> Floats:
-        """The least t at which beams may be in the boxes of nodes, +inf where not by t = latest.
-
-        Parameters
-        ----------
-        which, nodes : (p,) intp
-            Numbers of beams and of nodes, pair by pair.
-        boxes : (n, 6, c) float64
-            Of each node's children: lower corners and, negated, upper ones.
-        latest : (b,) float64
-        pad : float
-            What boxes grow by.
-
-        Returns
-        -------
-        (c, p) float64
-        """
-        planes = boxes.reshape(-1, boxes.shape[2])
-        near = np.empty((boxes.shape[2], len(which)))
-        step = max(1, _NEARBY // boxes.shape[2])
-        for start in range(0, len(which), step):
-            some = slice(start, start + step)
-            with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # not together
-                self._meet(which[some], planes, 6 * nodes[some], latest, pad, near[:, some])
-        return near
+        self.together = together
 
     def _meet(
         self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
     ) -> None:
-        """`meet` for few pairs, into near (c, p)."""
         slowest, fastest, last = self._slowest[which], self._fastest[which], latest[which]
         x0, x1, lower, upper, other = np.empty((5, *near.shape))
         enter, leave = (base + plane[which] for plane in (self._enter, self._leave))
@@ -233,7 +245,7 @@ class Span:
         near[~meets] = np.inf
 
 
-class Slabs:
+class Slabs(_Bounds):
     """The bounds of single rays, which each box's three pairs of planes cut.
 
     Rays are counted along their main axis, and mirrored where they go back along an axis.
@@ -250,27 +262,11 @@ class Slabs:
         self._numbers = np.stack((*np.where(back, -P0, P0), *inverse, speed, start), axis=1)
         planes = np.where(back, (axis + 3, axis), (axis, axis + 3))
         self._planes = planes.reshape(6, -1).T.copy()
-
-    @property
-    def together(self) -> Bools:
-        """Whether a ray keeps together: it does."""
-        return np.ones(len(self._numbers), dtype=np.bool_)
-
-    def meet(self, which: Index, boxes: Floats, nodes: Index, latest: Floats, pad: float) -> Floats:
-        """As `Span.meet`."""
-        planes = boxes.reshape(-1, boxes.shape[2])
-        near = np.empty((boxes.shape[2], len(which)))
-        step = max(1, _NEARBY // boxes.shape[2])
-        for first in range(0, len(which), step):
-            some = slice(first, first + step)
-            with np.errstate(all="ignore"):  # without a direction
-                self._meet(which[some], planes, 6 * nodes[some], latest, pad, near[:, some])
-        return near
+        self.together = np.ones(len(beams), dtype=np.bool_)
 
     def _meet(
         self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
     ) -> None:
-        """`meet` for few pairs, into near (c, p)."""
         far, cut = np.empty((2, *near.shape))
         numbers = self._numbers.take(which, axis=0).T.copy()
         rows = self._planes.take(which, axis=0).T + base

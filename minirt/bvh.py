@@ -199,7 +199,7 @@ def may_cross(
 def _may_cross_singly(
     patches: Patches, beams: Beams, which: Index, primitives: Index, pad: float, limit: Floats
 ) -> Bools:
-    """`may_cross` for beams of one ray, (p, 1)."""
+    """`may_cross` for beams of one ray, (p, 1): products with one column each cost too much."""
     P0, d = (take(v, which) for v in beams.rows)
     t0, length = beams.t0[:, 0].take(which), beams.length[:, 0].take(which)
     N = patches.N.take(primitives, axis=0).T

@@ -36,7 +36,7 @@ class Picture:
     ----------
     rays : Rays
     frame : (3, 3) float64
-        Unit vectors.
+        Unit vectors at right angles.
     origin : (3, 1) float64
     central : bool
         Whether the rays leave one point.

@@ -107,8 +107,8 @@ def nearest_two(
         A primitive may count as its own next.
     """
     query = _Query(geometry, rules, P0, d, t0, np.inf)
-    query.watch(fixed, relative)
-    return query.run(), query.next_t
+    next_t = query.watch(fixed, relative)
+    return query.run(), next_t
 
 
 def occluded(
@@ -138,18 +138,19 @@ class _Query:
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
         self.limit = self.t1.copy()
-        #: t of the second best hit, up to `beyond` the best; kept if it is watched.
-        self.next_t = np.full(n, np.inf)
-        self.watches = False
+        #: t of the second best hit, if that is watched.
+        self.next_t: Floats | None = None
         #: Scratch: whose turn it is among the hits of a ray.
         self.turn = np.empty(n, dtype=np.intp)
         #: Boxes hold the lecture's shapes only: a replaced rule is asked about every pair.
         self.culls = ASKED_OF_EVERY_PAIR.isdisjoint(rules.changed())
 
-    def watch(self, fixed: Floats | float, relative: float) -> None:
-        """Keep the second best hit too: see `nearest_two`."""
-        self.watches, self.relative = True, relative
+    def watch(self, fixed: Floats | float, relative: float) -> Floats:
+        """t of the second best hit, once `run`: see `nearest_two`."""
+        self.next_t = np.full(self.limit.shape, np.inf)
+        self.relative = relative
         self.fixed = np.broadcast_to(np.asarray(fixed, dtype=np.float64), self.limit.shape)
+        return self.next_t
 
     def run(self) -> Hits:
         geometry, offers = self.geometry, Offers(Rays(self.P0, self.d, self.t0), self.limit)
@@ -278,7 +279,7 @@ class _Query:
         closer = self.rules.closer(
             found.t, found.object, found.triangle, t, best.object[rays], best.triangle[rays]
         )
-        if self.watches:
+        if self.next_t is not None:
             self.next_t[rays] = np.minimum(self.next_t[rays], np.where(closer, t, found.t))
         better = np.flatnonzero(closer)
         chosen, found = rays[better], found.take(better)
@@ -287,7 +288,7 @@ class _Query:
 
     def _latest(self, rays: Index, t: Floats) -> Floats:
         """Largest t of interest for rays whose best hits are at t."""
-        return t * (1.0 + self.relative) + self.fixed[rays] if self.watches else t
+        return t if self.next_t is None else t * (1.0 + self.relative) + self.fixed[rays]
 
     def _wanted(self, rays: Index, o: Ints, f: Ints | None) -> Bools:
         """Whether a face, by object and number, is none of those that its ray is to pass over.

@@ -12,7 +12,7 @@ from minirt.bvh import visit
 from minirt.every_hit import every_hit
 from minirt.geometry import Geometry
 from minirt.rules import SLIDES
-from minirt.trace import Hits, nearest, occluded
+from minirt.trace import Hits, nearest, nearest_two, occluded
 from minirt.vectors import Floats
 
 
@@ -92,6 +92,22 @@ def test_nearest_is_the_first_of_all_hits(family: str) -> None:
     assert every.t.shape[0] > 1
     for name, value in vars(every).items():
         assert value[0].tobytes() == getattr(first, name).tobytes(), name
+
+
+@pytest.mark.parametrize("family", sorted(FAMILIES.keys() - {"scales"}))  # its hits lie far apart
+def test_the_next_hit_is_known_as_far_as_it_is_looked_for(family: str) -> None:
+    rng = np.random.default_rng(27)
+    scene = scene_with(FAMILIES[family](rng))
+    geometry, (P0, d) = Geometry.of(scene), _rays(rng, scene, 1000)
+    first, next_t = nearest_two(geometry, SLIDES, P0, d, 0.0, 0.1, 0.3)
+    every = every_hit(geometry, SLIDES, P0, d, 0.0, np.inf)
+    own = (every.object == first.object) & (every.triangle == first.triangle)
+    second = np.where(own, np.inf, every.t).min(axis=0)
+    near = np.flatnonzero((second < np.inf) & (second <= first.t * 1.3 + 0.1))
+    assert first.t.tobytes() == every.t[0].tobytes()
+    assert (first.t <= next_t).all()
+    assert (next_t[near] <= second[near]).all()
+    assert len(near) > 5
 
 
 def test_many_rays_meet_few_boxes() -> None:
