@@ -171,9 +171,9 @@ def test_last_output_of_the_dead_is_kept_and_cut() -> None:
 
 def test_who_hangs_is_ended_in_time() -> None:
     start = time.monotonic()
-    outcome = run(hang, timeout=1.0)
+    outcome = run(hang, timeout=4.0)
     assert outcome.state == "timed out"
-    assert outcome.reason == "no answer within 1 s"
+    assert outcome.reason == "no answer within 4 s"
     assert outcome.output == "compiling �\n"
     assert time.monotonic() - start < 60
 

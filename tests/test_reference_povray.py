@@ -324,9 +324,9 @@ def test_a_program_that_hangs_is_ended_with_its_children(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fake(tmp_path, monkeypatch, f"sleep 60 & echo $! >> {tmp_path}/children; wait")
-    monkeypatch.setattr(povray_run, "TIMEOUT", 0.5)
+    monkeypatch.setattr(povray_run, "TIMEOUT", 3.0)
     begin = time.monotonic()
-    with pytest.raises(ReferenceError, match=r"more than 0\.5 s"):
+    with pytest.raises(ReferenceError, match=r"more than 3 s"):
         POVRAY.render(scene(ball("red")), tmp_path)
     assert time.monotonic() - begin < 20
     children = (tmp_path / "children").read_text().split()
