@@ -28,6 +28,9 @@ ASKED_OF_EVERY_PAIR = frozenset(
     {"closer", "in_interval", "sphere", "smallest_root", "triangle", "plane", "polygon"}
 )
 
+#: Objects (n,), and a face of each; all of its faces for None.
+Faces: TypeAlias = tuple[Ints, Ints | None]
+
 
 @dataclass(frozen=True, eq=False)
 class Hits:
@@ -73,7 +76,7 @@ class Hits:
 def nearest(
     geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
     t0: Floats | float, t1: Floats | float = np.inf,
-    later_than: Hits | None = None, earlier_than: Hits | None = None,
+    other_than: Faces | None = None,
 ) -> Hits:  # fmt: skip
     """RT: the first hit of each ray with t ∈ [t0, t1].
 
@@ -81,11 +84,10 @@ def nearest(
     ----------
     P0, d : (3, n) float64
     t0, t1 : float or (n,) float64
-    later_than, earlier_than : Hits, optional
-        One face a ray, which is passed over together with all before it, or all after it, in
-        the scene's order.
+    other_than : Faces, optional
+        One a ray, which is passed over.
     """
-    return _Query(geometry, rules, P0, d, t0, t1, False, later_than, earlier_than).run()
+    return _Query(geometry, rules, P0, d, t0, t1, False, other_than).run()
 
 
 def nearest_two(
@@ -128,13 +130,13 @@ class _Query:
     def __init__(
         self, geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
         t0: Floats | float, t1: Floats | float, any_hit: bool = False,
-        later_than: Hits | None = None, earlier_than: Hits | None = None,
+        other_than: Faces | None = None,
     ) -> None:  # fmt: skip
         n = P0.shape[1]
         self.geometry, self.rules, self.P0, self.d = geometry, rules, P0, d
         self.t0 = np.broadcast_to(np.asarray(t0, dtype=np.float64), (n,))
         self.t1 = np.broadcast_to(np.asarray(t1, dtype=np.float64), (n,))
-        self.any_hit, self.later_than, self.earlier_than = any_hit, later_than, earlier_than
+        self.any_hit, self.other_than = any_hit, other_than
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
         self.limit = self.t1.copy()
@@ -153,6 +155,8 @@ class _Query:
         return self.next_t
 
     def run(self) -> Hits:
+        if not len(self.limit):
+            return self.best
         geometry, offers = self.geometry, Offers(Rays(self.P0, self.d, self.t0), self.limit)
         if geometry.polygons:
             objects = np.array([polygon.object for polygon in geometry.polygons])
@@ -199,11 +203,10 @@ class _Query:
         self, rays: Index, which: Index, object_: Ints, face: Ints | None
     ) -> Pairs:
         """The pairs whose hit could count: a ray has one hit at most on an object of one face."""
-        if self.later_than is None and self.earlier_than is None:
+        if self.other_than is None:
             return rays, which
-        o = object_[which]
-        f = None if face is None else face[which]
-        some = np.flatnonzero(self._wanted(rays, o, f))
+        f = np.zeros_like(which) if face is None else face[which]
+        some = np.flatnonzero(self._wanted(rays, object_[which], f))
         return rays[some], which[some]
 
     def _every_pair(self, primitives: int) -> Iterator[Pairs]:
@@ -290,19 +293,13 @@ class _Query:
         """Largest t of interest for rays whose best hits are at t."""
         return t if self.next_t is None else t * (1.0 + self.relative) + self.fixed[rays]
 
-    def _wanted(self, rays: Index, o: Ints, f: Ints | None) -> Bools:
-        """Whether a face, by object and number, is none of those that its ray is to pass over.
-
-        Without a number, every face of the object that the ray knows is passed over.
-        """
-        wanted = np.ones(len(rays), dtype=np.bool_)
-        if self.later_than is not None:
-            first, face = self.later_than.object[rays], self.later_than.triangle[rays]
-            wanted &= (o > first) | (False if f is None else (o == first) & (f > face))
-        if self.earlier_than is not None:
-            first, face = self.earlier_than.object[rays], self.earlier_than.triangle[rays]
-            wanted &= (o < first) | (False if f is None else (o == first) & (f < face))
-        return wanted
+    def _wanted(self, rays: Index, o: Ints, f: Ints | Index) -> Bools:
+        """Whether a face, by object and number, is none that its ray is to pass over."""
+        if self.other_than is None:
+            return np.ones(len(rays), dtype=np.bool_)
+        object_, face = self.other_than
+        wanted: Bools = o != object_[rays]
+        return wanted if face is None else wanted | (f != face[rays])
 
 
 def _joined(batch: list[Pairs]) -> Pairs:

@@ -1,23 +1,21 @@
 """How far the exact answer itself moves under another renderer's declared error.
 
-Each pixel is traced five times. Once as the lecture says; and four times with rays started the way
+Each pixel is traced four times. Once as the lecture says; and three times with rays started the way
 the other renderer starts them and every ray that is cast (primary, shadow, reflected, refracted)
-moved sideways by √2·δ, in four directions perpendicular to it. The factor √2 is the diagonal's: a
-straight edge within δ of the ray is then crossed by one of the four, whatever its direction. The
-start's own part in a movement is, to first order, the mean of the four's: the largest of them holds
-it. Where δ grows with the distance, primary rays are also tilted, to the same side. Facets are
-tilted by what the rounding of their vertices can turn them, and the cosine of a refracted ray errs
-by the rounding of its square. Where other surfaces lie within the error of the first (coplanar or
-touching ones), the other renderer may well see any of them: there two opposite ones of the four
-answer with the last of them in the scene's order, and the other two with the first. Whichever of
-them the exact answer is, one of an opposite pair is on the other's side of an edge that passes
-within δ, and does not agree.
+moved sideways by 2·δ, in three directions perpendicular to it, a third of a turn apart. Their
+triangle holds the circle of radius δ: a straight edge within δ of the ray is crossed by one of the
+three, whatever its direction. What moves in proportion moves most at one of the triangle's corners,
+the start's own part included: the largest of the three movements holds every movement within δ.
+Where δ grows with the distance, primary rays are also tilted, to the same side. Facets are tilted
+by what the rounding of their vertices can turn them, and the cosine of a refracted ray errs by the
+rounding of its square. Where other surfaces lie within the error of the first (coplanar or touching
+ones), the other renderer may well see any of them, and no answer is given that could agree.
 
 A polygon whose vertices are off its plane adds to δ by how far they are: which plane is met there
 is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'
-error can turn it may or may not shade itself: two of the four answer that it does.
+error can turn it may or may not shade itself: it counts as doing what the exact answer does not.
 
-A discrete quantity is certain where all five agree; a continuous one where the discrete answers
+A discrete quantity is certain where all four agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
 the largest movement seen.
 """
@@ -39,23 +37,36 @@ from minirt.render import (
     chosen_quantities,
     fill,
     frame_meta,
+    primary_directions,
+    squares,
     tiles,
+    trace_pixels,
 )
 from minirt.rules import SLIDES
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest, nearest_two
-from minirt.vectors import Bools, Floats, Index, cross, dot, norm, take, unit
+from minirt.vectors import Bools, Floats, Index, Ints, column, cross, dot, norm, put, take, unit
 from minirt.whitted import Points, Whitted
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.surfaces import PerSurface, Surfaces, warp
 
-#: Safety factor on the largest movement seen: the four directions sample a circle, on which the
-#: movement of a smooth answer is at most √2 times the largest of the four; the rest is margin
-#: for its curvature.
+#: Safety factor on the largest movement seen, which holds all that is in proportion to δ: margin
+#: for the curvature of an answer, and for errors that do not go to the same side.
 KAPPA = 2.0
+
+#: How far rays are moved, in δ: a triangle of that circumradius holds a circle of radius 1.
+_STEP = 2.0
+#: Directions in which they are.
+_DIRECTIONS = 3
 
 #: 1/slope up to which one trace tells whether other surfaces lie within the error of the first.
 _STEEP = 16.0
+
+#: Of no face: what is met where the other renderer may well see another one.
+_CONTESTED = -2
+
+#: Two vectors that few rays or edges are parallel to.
+_ASKEW = column((0.48, 0.6, 0.64)), column((0.8, -0.64, 0.0))
 
 #: Quantities whose agreement makes a quantity certain, beside itself where it is discrete.
 _CHAIN: dict[str, tuple[str, ...]] = {
@@ -120,8 +131,8 @@ class Exact:
         """Some pixels' values, (n,) or (3, n), as `minirt.render.tiles` gives them."""
         tile: Tile = {SIGNATURE: self.signature.reshape(-1)[pixels]}
         for name, array in self.frame.items():
-            flat = array.reshape(self.signature.size, -1)[pixels]
-            tile[name] = flat[:, 0] if array.ndim == 2 else flat.T
+            flat = array.reshape(self.signature.size, -1).take(pixels, axis=0)
+            tile[name] = flat[:, 0] if array.ndim == 2 else flat.T.copy()
         return tile
 
 
@@ -154,12 +165,12 @@ def stability_of(
     links = {link for name in judged for link in chain[name]}
     surfaces = Surfaces.of(geometry, scene.extent)
     sink = _Sink(scene, chain)
-    others = [Displaced(scene, declared, surfaces.levers, k) for k in range(4)]
-    for moved in zip(*(tiles(other, {*judged, *links}) for other in others), strict=True):
-        pixels, _ = moved[0]
-        tile = exact.tile(pixels)
-        bases = _bases(tile, declared, geometry, surfaces)
-        sink.judge(pixels, tile, [other for _, other in moved], bases)
+    others = [Displaced(scene, declared, surfaces.levers, k) for k in range(_DIRECTIONS)]
+    wanted = frozenset({*judged, *links})
+    for pixels in squares(scene.screen.nx, scene.screen.ny):
+        tile, d = exact.tile(pixels), primary_directions(scene, SLIDES, pixels)
+        moved = [other.tile(d, wanted) for other in others]
+        sink.judge(pixels, tile, moved, _bases(tile, declared, geometry, surfaces))
     return Stability(sink.certain, sink.tolerance)
 
 
@@ -216,9 +227,10 @@ class _Sink:
 
 
 class Displaced(Whitted):
-    """The lecture's algorithm with every ray moved sideways by √2·δ, in direction k of four.
+    """The lecture's algorithm with every ray moved sideways by 2·δ, in direction k of three.
 
-    Secondary rays start as another renderer starts them.
+    Secondary rays start as another renderer starts them. What is met where surfaces of several
+    objects lie within the error of the first is no object's.
 
     Parameters
     ----------
@@ -226,24 +238,23 @@ class Displaced(Whitted):
     declared : Declared
     levers : PerSurface
     k : int
-        0…3: the direction around each ray. Of surfaces within the error of the first, the even
-        numbers answer with the last in the scene's order, and the odd ones with the first.
+        0…2: the direction around each ray.
     """
 
     def __init__(self, scene: Scene, declared: Declared, levers: PerSurface, k: int) -> None:
-        self.levers, self.k = levers, k
-        self.step, self.tilt = 2.0**0.5 * declared.delta, 2.0**0.5 * declared.slope
-        rules = replace(SLIDES, refract=self.refracted_direction)
-        if self.tilt:
-            rules = replace(rules, ray_direction=self.primary_direction)
-        super().__init__(scene, rules)
-        self.declared = declared
+        super().__init__(scene, replace(SLIDES, refract=self.refracted_direction))
+        self.declared, self.levers, self.k = declared, levers, k
+        self.step, self.tilt = _STEP * declared.delta, _STEP * declared.slope
 
-    def primary_direction(self, P_minus_P0: Floats) -> Floats:
-        """The direction of a pixel's ray, tilted to the side that its origin is moved to."""
-        d = SLIDES.ray_direction(P_minus_P0)
-        tilted: Floats = d + self.tilt * norm(d) * sideways(d, self.k)
-        return tilted
+    def tile(self, d: Floats, wanted: frozenset[str]) -> Tile:
+        """The wanted quantities of the pixels whose rays should go along d (3, n)."""
+        if self.tilt:
+            d = d + self.tilt * norm(d) * sideways(d, self.k)
+        self._faces_contested = np.zeros(d.shape[1], dtype=np.bool_)
+        tile = trace_pixels(self, d, wanted)
+        tile["hit"] = tile["t"] < np.inf
+        tile["triangle"] = np.where(self._faces_contested, _CONTESTED, tile["triangle"])
+        return tile
 
     def refracted_direction(self, delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> Floats:
         """ϱ (3, n) with the square of its cosine a rounding larger, for odd k smaller.
@@ -267,7 +278,9 @@ class Displaced(Whitted):
 
     def primary_hits(self, P0: Floats, d: Floats) -> Hits:
         """The first hits that are not so near that the other renderer may overlook them."""
-        return self.first_hits(P0, d, self.declared.near / abs(self.scene.screen.nu))
+        hits, several = self._hits(P0, d, self.declared.near / abs(self.scene.screen.nu))
+        self._faces_contested[several] = True
+        return hits
 
     def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
         """Where the other renderer starts, moved sideways."""
@@ -301,7 +314,16 @@ class Displaced(Whitted):
         return np.where((slope > 0) & (slope < turned), self.k % 2 == 0, dark)
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
-        """The first hits; in two opposite directions the last within the error, else the first."""
+        """The first hits; of no object, but with their t, where another may be met instead."""
+        hits, several = self._hits(P0, d, t0)
+        hits.object[several] = -1
+        return hits
+
+    def _hits(self, P0: Floats, d: Floats, t0: float) -> tuple[Hits, Index]:
+        """The first hits, and of which rays other faces of the same object may be met instead.
+
+        Where another object may be, the hit is nobody's.
+        """
         apart = 2.0 * _STEEP * self.step / norm(d)
         relative = 2.0 * (_STEEP * self.tilt + self.declared.grain)
         hits, next_t = nearest_two(self.geometry, self.rules, P0, d, t0, apart, relative)
@@ -309,25 +331,28 @@ class Displaced(Whitted):
         first = hits.take(met)
         gap = self._gap(take(P0, met), take(d, met), first)
         watched = first.t * (1.0 + relative) + apart[met]
-        contested = np.minimum(next_t[met], watched) <= first.t + gap
-        self._settle(P0, d, t0, hits, met[contested], gap[contested])
-        return hits
+        contested = np.flatnonzero(np.minimum(next_t[met], watched) <= first.t + gap)
+        return hits, self._settle(P0, d, t0, hits, met[contested], gap[contested])
 
     def _settle(
         self, P0: Floats, d: Floats, t0: float, hits: Hits, rays: Index, gap: Floats
-    ) -> None:
-        """Go on to the last (the first) in the scene's order, one contestant after the other."""
-        t = hits.t[rays]
-        low, high = np.maximum(t - gap, t0), t + gap
-        while len(rays):
-            known = hits.take(rays)
-            beyond = (known, None) if self.k % 2 == 0 else (None, known)
-            other = nearest(
-                self.geometry, self.rules, take(P0, rays), take(d, rays), low, high, *beyond
-            )
-            contested = np.flatnonzero(other.object >= 0)
-            rays, low, high = rays[contested], low[contested], high[contested]
-            hits.put(rays, other.take(contested))
+    ) -> Index:
+        """What rays meet that may meet something else within the gap: see `_hits`."""
+
+        def others(rays: Index, gap: Floats, face: Ints | None) -> Hits:
+            t, known = hits.t[rays], (hits.object[rays], face)
+            low, high = np.maximum(t - gap, t0), t + gap
+            at, along = take(P0, rays), take(d, rays)
+            return nearest(self.geometry, self.rules, at, along, low, high, other_than=known)
+
+        elsewhere = others(rays, gap, None).object >= 0
+        hits.object[rays[elsewhere]] = -1
+        rays, gap = rays[~elsewhere], gap[~elsewhere]
+        other = others(rays, gap, hits.triangle[rays])
+        farther = np.flatnonzero((other.object >= 0) & (other.t > hits.t[rays]))
+        several = rays[other.object >= 0]
+        hits.put(rays[farther], other.take(farther))
+        return several
 
     def _gap(self, P0: Floats, d: Floats, hits: Hits) -> Floats:
         """How much of t (n,) may lie between two surfaces that the error can exchange."""
@@ -338,13 +363,22 @@ class Displaced(Whitted):
         return gap + 2.0 * self.declared.grain * t
 
 
+def perpendicular(d: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors (3, n) perpendicular to d (3, n) and to each other."""
+    first = cross(d, _ASKEW[0])
+    parallel = np.flatnonzero(dot(first, first) < 0.1 * dot(d, d))
+    put(first, parallel, cross(take(d, parallel), _ASKEW[1]))
+    first = unit(first)
+    return first, unit(cross(d, first))
+
+
 def sideways(d: Floats, k: int) -> Floats:
-    """The k-th of four unit vectors (3, n) perpendicular to d (3, n), a quarter turn apart."""
-    axis = np.zeros_like(d)
-    np.put_along_axis(axis, np.abs(d).argmin(axis=0)[None], 1.0, axis=0)
-    first = unit(cross(d, axis))
-    chosen = first if k % 2 == 0 else unit(cross(d, first))
-    return chosen if k < 2 else -chosen
+    """The k-th of three unit vectors (3, n) perpendicular to d (3, n), a third of a turn apart."""
+    first, second = perpendicular(d)
+    if k == 0:
+        return first
+    aside: Floats = -0.5 * first + (0.75**0.5 if k == 1 else -(0.75**0.5)) * second
+    return aside
 
 
 def _facet_tilt(hits: Hits, geometry: Geometry, levers: PerSurface, declared: Declared) -> Floats:
@@ -366,11 +400,10 @@ def _movement(base: Array, moved: list[Array]) -> Floats:
     largest = np.zeros(base.shape[-1])
     for other in moved:
         with np.errstate(invalid="ignore"):
-            change = (
-                np.abs(other - base) if base.ndim == 1 else np.sqrt(((other - base) ** 2).sum(0))
-            )
-        largest = np.maximum(largest, np.where(np.isfinite(change), change, 0.0))
-    return largest
+            square = np.atleast_2d(other - base) ** 2
+            square = square.sum(axis=0)
+        np.maximum(largest, square, out=largest, where=square < np.inf)
+    return np.sqrt(largest)
 
 
 def _bases(

@@ -102,8 +102,14 @@ def test_rt_is_the_same_with_and_without_a_drawing(
     geometry = Geometry.of(scene)
     asked = nearest(geometry, BRUTE, P0, d, 0.0)
     until = np.where(np.isfinite(asked.t), asked.t * (1 + 1e-9), 1.0)
-    for t0, t1, before in ((0.0, np.inf, None), (1e-3, np.inf, None), (0.0, until, asked)):
-        hits = [nearest(geometry, rules, P0, d, t0, t1, before) for rules in (SLIDES, BRUTE)]
+    for t0, t1, before in (
+        (0.0, np.inf, None),
+        (1e-3, np.inf, None),
+        (0.0, until, (asked.object, asked.triangle)),
+    ):
+        hits = [
+            nearest(geometry, rules, P0, d, t0, t1, other_than=before) for rules in (SLIDES, BRUTE)
+        ]
         for name, value in vars(hits[0]).items():
             assert value.tobytes() == getattr(hits[1], name).tobytes(), (name, t0)
         shadows = [occluded(geometry, rules, P0, d, t0) for rules in (SLIDES, BRUTE)]

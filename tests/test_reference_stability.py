@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,12 @@ from minirt.whitted import Points, Whitted
 from reference.compare import compare
 from reference.renderers.embree import EmbreeReference
 from reference.source import AlongRay, Declared, NormalOffset
-from reference.stability import measure, sideways
+from reference.stability import measure, perpendicular, sideways
 
 U32 = 2.0**-24
 
 
-def scene_of(objects: list[dict[str, Any]], **changes: Any) -> Scene:
+def scene_of(objects: list[dict[str, Any]], folder: Path = Path(), **changes: Any) -> Scene:
     """Objects seen from z = 5 towards the origin, on 64 × 48 pixels."""
     document: dict[str, Any] = {
         "minirt": 1,
@@ -40,7 +41,7 @@ def scene_of(objects: list[dict[str, Any]], **changes: Any) -> Scene:
         "objects": objects,
         **changes,
     }  # fmt: skip
-    return minirt.load_scene(document)
+    return minirt.load_scene(document, folder=folder)
 
 
 def declared(scene: Scene, roundings: float = 10.0) -> Declared:
@@ -74,7 +75,8 @@ class Sloppy(Whitted):
     def _jitter(self, d: Floats) -> Floats:
         angle = self.rng.uniform(0, 2 * np.pi, d.shape[1])
         size = self.error.delta * np.sqrt(self.rng.uniform(0, 1, d.shape[1]))
-        moved: Floats = size * (np.cos(angle) * sideways(d, 0) + np.sin(angle) * sideways(d, 1))
+        first, second = perpendicular(d)
+        moved: Floats = size * (np.cos(angle) * first + np.sin(angle) * second)
         return moved
 
     def primary_origin(self, d: Floats) -> Floats:
@@ -133,8 +135,10 @@ class Tilted(Whitted):
 
     def _tilt(self, d: Floats) -> Floats:
         angle = self.rng.uniform(0, 2 * np.pi, d.shape[1])
-        aside: Floats = np.cos(angle) * sideways(d, 0) + np.sin(angle) * sideways(d, 1)
-        return d + self.error.slope * norm(d) * aside
+        first, second = perpendicular(d)
+        aside = np.cos(angle) * first + np.sin(angle) * second
+        tilted: Floats = d + self.error.slope * norm(d) * aside
+        return tilted
 
     def _coarse(self, t: Floats, nu: float) -> Floats:
         factor = 1 + self.error.grain * self.rng.uniform(-1, 1, t.shape)
@@ -215,6 +219,53 @@ def test_of_many_coplanar_objects_any_may_be_seen(seed: int) -> None:
     assert ours["object"][covered > 0].min() >= 0
 
 
+@pytest.mark.parametrize("wall_first", [True, False])
+@pytest.mark.parametrize("beside", [-0.9, -0.3, 0.3, 0.9])
+def test_beside_the_edge_of_what_overlaps_the_object_is_uncertain(
+    beside: float, wall_first: bool
+) -> None:
+    """A tile on a wall; one pixel looks past the tile's edge, nearer to it than δ."""
+    delta = 1e-6
+    screen = {"P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,
+              "l": -0.1, "r": 0.1, "b": -0.1, "t": 0.1, "nx": 1, "ny": 1}  # fmt: skip
+    for angle in np.linspace(0.1, 0.1 + 2 * np.pi, 24, endpoint=False):
+        out = np.array([np.cos(angle), np.sin(angle), 0.0])
+        along = np.array([-np.sin(angle), np.cos(angle), 0.0])
+        edge = -beside * delta * out
+        tile = [edge - along, edge + along, edge + along - 2 * out, edge - along - 2 * out]
+        wall = [[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]]
+        shapes = [wall, np.array(tile).tolist()][:: 1 if wall_first else -1]
+        quads = [{"type": "polygon", "material": "paint", "vertices": s} for s in shapes]
+        scene = scene_of(quads, screen=screen)
+        exact = Declared(delta, 0, 0, 0, None, "")
+        _, stability = measure(scene, exact, ["object", "hit"])
+        assert not stability.certain["object"].any()
+        assert stability.certain["hit"].all()
+
+
+def test_which_of_two_faces_of_a_mesh_is_met_decides_neither_object_nor_depth(
+    tmp_path: Path,
+) -> None:
+    """A mesh whose square is there twice, once from either side; a hair apart, or not."""
+    square = [[-1.5, -1.5], [1.5, -1.5], [1.5, 1.5], [-1.5, 1.5]]
+    error = Declared(1e-6, 0, 1e-7, 1e-7, None, "")
+    for apart in (0.0, 3e-6):
+        vertices = [f"v {x} {y} {z!r}" for z in (0.0, -apart) for x, y in square]
+        faces = ["f 1 2 3", "f 1 3 4", "f 7 6 5", "f 8 7 5"]
+        (tmp_path / "twice.obj").write_text("\n".join([*vertices, *faces]), encoding="utf-8")
+        mesh = {"type": "mesh", "material": "paint", "file": "twice.obj"}
+        names = ["object", "depth", "triangle", "normal", "shadow"]
+        ours, stability = measure(scene_of([mesh], tmp_path), error, names)
+        inside = ours["hit"] & (np.abs(ours["position"][..., :2]).max(axis=2) < 1.4)
+        assert inside.sum() > 300
+        assert stability.certain["object"][inside].all()
+        assert stability.certain["depth"][inside].all()
+        assert stability.certain["shadow"][inside].all() == (apart == 0.0)
+        assert (stability.tolerance["depth"][inside] > apart).all()
+        assert not stability.certain["triangle"][inside].any()
+        assert not stability.certain["normal"][inside].any()
+
+
 @pytest.mark.parametrize("first", [0, 1])
 def test_an_overlap_is_uncertain_up_to_the_edge_of_what_overlaps(first: int) -> None:
     """A heptagon on a wall, under an error of a quarter of a pixel: all of its pixels."""
@@ -262,15 +313,15 @@ def test_a_late_start_is_part_of_what_may_differ() -> None:
     assert late.certain["shadow"].mean() < early.certain["shadow"].mean() - 0.01
 
 
-def test_sideways_directions_are_four_quarter_turns() -> None:
+def test_sideways_directions_are_thirds_of_a_turn() -> None:
     d = np.random.default_rng(3).normal(size=(3, 200))
     d[:, :3] = np.eye(3)
-    four = [sideways(d, k) for k in range(4)]
-    for k, e in enumerate(four):
+    d[:, 3:5] = [[0.48, 0.5], [0.6, 0.6], [0.64, 0.6]]
+    three = [sideways(d, k) for k in range(3)]
+    for k, e in enumerate(three):
         assert np.abs(norm(e) - 1).max() < 4 * 2.0**-52
         assert np.abs(dot(e, d)).max() < 8 * 2.0**-52 * norm(d).max()
-        assert np.abs(dot(e, four[(k + 1) % 4])).max() < 8 * 2.0**-52
-        assert np.array_equal(four[(k + 2) % 4], -e)
+        assert np.abs(dot(e, three[(k + 1) % 3]) + 0.5).max() < 8 * 2.0**-52
 
 
 def pentagon(lift: float) -> Scene:
