@@ -95,11 +95,21 @@ class Beams:
     def __len__(self) -> int:
         return len(self._first)
 
+    def numbers(self, which: Index, at: Index) -> Index:
+        """Numbers (p,) of the rays that stand at some places in some beams."""
+        found: Index = self.index[0].take(at) if len(self) == 1 else self.index[which, at]
+        return found
+
+    @cached_property
+    def squared(self) -> Floats:
+        """‖d‖², (b, s) or (b, 1)."""
+        squares: Floats = np.einsum("bks,bks->bs", self.d, self.d)
+        return squares
+
     @cached_property
     def length(self) -> Floats:
         """‖d‖, (b, s) or (b, 1)."""
-        squares: Floats = np.einsum("bks,bks->bs", self.d, self.d)
-        return np.sqrt(squares)
+        return np.sqrt(self.squared)
 
     @cached_property
     def rows(self) -> tuple[Floats, Floats]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minirt.beams import PAD, PARTS, Beams
-from minirt.vectors import Bools, Floats, Index, dot, take
+from minirt.vectors import Bools, Floats, Index, divided, dot, take
 
 _WIDTH = 8
 #: Nodes of one level that a beam may meet before it is divided.
@@ -118,7 +118,7 @@ class _Open:
         near = self.beams.span.meet(self.which, boxes, self.nodes, latest, pad)
         best = near.min(axis=0)
         met = np.flatnonzero(near < np.inf)
-        child, pair = np.divmod(met, len(self.which))
+        child, pair = divided(met, len(self.which))
         which, nodes = self.which[pair], self.nodes[pair] * len(near) + child
         near = near.reshape(-1)[met]
         if len(which) * self.beams.size > _MANY:
@@ -219,8 +219,9 @@ def _may_cross_singly(
 def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Index) -> Bools:
     """Whether the lines of rays of beams may meet spheres, pair by pair.
 
-    Δ ≥ 0 by products that round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and R², and
-    err by some ten roundings; the pad is a thousand times that.
+    Δ ≥ 0 by products that round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and R², or
+    ‖C − P0‖² and R² where all rays leave one point, and err by some ten roundings; the pad is a
+    thousand times that.
 
     Parameters
     ----------
@@ -233,12 +234,16 @@ def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Inde
     -------
     (p, s) bool
     """
-    P0, d, aa, ahead, size = beams.of(
-        which, beams.P0, beams.d, beams.length**2, beams.toward_origin, beams.from_origin
-    )
+    P0, d, aa = beams.of(which, beams.P0, beams.d, beams.squared)
     center, radius = take(C, primitives).T[:, None], R[primitives, None]
-    far = (center * center).sum(axis=2) * (1 - PAD) - radius * radius * (1 + PAD)
-    b = (center @ d)[:, 0] + ahead
-    LL = size * (1 - PAD) - 2.0 * (center @ P0)[:, 0] + far
+    one_point = len(beams) == 1 and P0.shape[2] == 1
+    if one_point:
+        center = center - P0[:, None, :, 0]
+    LL = (center * center).sum(axis=2) * (1 - PAD) - radius * radius * (1 + PAD)
+    b = (center @ d)[:, 0]
+    if not one_point:
+        ahead, size = beams.of(which, beams.toward_origin, beams.from_origin)
+        b = b + ahead
+        LL = size * (1 - PAD) - 2.0 * (center @ P0)[:, 0] + LL
     touched: Bools = ~(b * b < aa * LL)
     return touched

@@ -13,7 +13,7 @@ from minirt.bvh import Patches, Tree, may_cross, may_touch, visit
 from minirt.geometry import Geometry, Spheres, Triangles
 from minirt.picture import Picture
 from minirt.raster import Drawing
-from minirt.vectors import Bools, Floats, Index
+from minirt.vectors import Bools, Floats, Index, divided
 
 #: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
 _PAIRS = 65_536
@@ -121,5 +121,5 @@ class Offers:
                 some = slice(start, start + step)
                 may_meet = sieve(beams, which[some], primitives[some])
                 offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), beams.size)))
-                pair, at = np.divmod(offered, beams.size)
-                yield beams.index[which[some][pair], at], primitives[some][pair]
+                pair, at = divided(offered, beams.size)
+                yield beams.numbers(which[some].take(pair), at), primitives[some].take(pair)

@@ -112,7 +112,7 @@ def fill(arrays: dict[str, Array], pixels: Index, tile: Tile) -> None:
     """Put a tile's values, (n,) or (3, n), into pixels (n,) of each array."""
     for name, array in arrays.items():
         components = QUANTITIES[name].components
-        array.reshape(-1, components)[pixels] = tile[name].reshape(components, len(pixels)).T
+        put(array.reshape(-1, components).T, pixels, tile[name].reshape(components, len(pixels)))
 
 
 def frame_meta(scene: Scene) -> dict[str, str]:
@@ -166,19 +166,18 @@ def squares(nx: int, ny: int) -> Iterator[Index]:
     """The pixels of an image in square tiles, each in the order of a Z: (n,) intp."""
     for top in range(0, ny, SIDE):
         for left in range(0, nx, SIDE):
-            row, column = _curve(min(SIDE, ny - top), min(SIDE, nx - left))
-            yield (top + row) * nx + left + column
+            yield top * nx + left + _curve(min(SIDE, ny - top), min(SIDE, nx - left), nx)
 
 
 @cache
-def _curve(height: int, width: int) -> tuple[Index, Index]:
-    """Rows and columns of a tile in blocks of 8 × 8, each in the order of a Z, and so its parts."""
+def _curve(height: int, width: int, nx: int) -> Index:
+    """Pixels of a first tile in blocks of 8 × 8, each in the order of a Z, and so its parts."""
     row, column = np.divmod(np.arange(height * width), width)
     within = np.zeros_like(row)
     for bit in range(3):
         within |= ((column >> bit & 1) << 2 * bit) | ((row >> bit & 1) << 2 * bit + 1)
-    order = np.lexsort((within, column >> 3, row >> 3))
-    return row[order], column[order]
+    order: Index = np.lexsort((within, column >> 3, row >> 3))
+    return row[order] * nx + column[order]
 
 
 def primary_directions(scene: Scene, rules: Rules, pixels: Index) -> Floats:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minirt.vectors import Floats, Index, column
+from minirt.vectors import Floats, Index, column, divided
 
 
 @dataclass(frozen=True)
@@ -113,5 +113,5 @@ def distance_of(t: Floats, d_length: Floats) -> Floats:
 
 def image_pixels(screen: VirtualScreen, pixels: Index) -> tuple[Floats, Floats]:
     """Columns and slide rows (i, j) of pixels (n,), counted along rows from the top left."""
-    row, column_ = np.divmod(pixels, screen.nx)
+    row, column_ = divided(pixels, screen.nx)
     return column_.astype(np.float64), (screen.ny - 1 - row).astype(np.float64)

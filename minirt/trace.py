@@ -206,7 +206,7 @@ class _Query:
         if self.other_than is None:
             return rays, which
         f = np.zeros_like(which) if face is None else face[which]
-        some = np.flatnonzero(self._wanted(rays, object_[which], f))
+        some = np.flatnonzero(self._wanted(rays, object_[which], f, self.other_than))
         return rays[some], which[some]
 
     def _every_pair(self, primitives: int) -> Iterator[Pairs]:
@@ -224,7 +224,7 @@ class _Query:
 
     def _spheres(self, rays: Index, which: Index) -> Hits:
         spheres, accept = self.geometry.spheres, self.rules.in_interval
-        t0, t1 = self.t0[rays], self.t1[rays]
+        t0, t1 = _of(self.t0, rays), _of(self.t1, rays)
         center, radius = take(spheres.center, which), spheres.radius[which]
         near, far = self.rules.sphere(self._origins(rays), take(self.d, rays), center, radius)
         t = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
@@ -237,7 +237,7 @@ class _Query:
             self._origins(rays), take(self.d, rays),
             take(tri.a, which), take(tri.b, which), take(tri.c, which), take(tri.N, which),
         )  # fmt: skip
-        counts = self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])
+        counts = self.rules.in_interval(met.t, _of(self.t0, rays), _of(self.t1, rays))
         t = np.where(counts & (met.case == Meeting.INSIDE), met.t, np.inf)
         return Hits(t, tri.object[which], tri.face[which], met.beta, met.gamma)
 
@@ -258,23 +258,26 @@ class _Query:
             self._origins(rays), take(self.d, rays), (a, b, c), N, p,
             self.rules.plane, self.rules.triangle,
         )  # fmt: skip
-        counts = (met.triangle >= 0) & self.rules.in_interval(met.t, self.t0[rays], self.t1[rays])
+        t0, t1 = _of(self.t0, rays), _of(self.t1, rays)
+        counts = (met.triangle >= 0) & self.rules.in_interval(met.t, t0, t1)
         t = np.where(counts, met.t, np.inf)
         return Hits(t, fans.object[which], met.triangle, met.beta, met.gamma)
 
     def _keep(self, rays: Index, found: Hits) -> None:
         """Take over, of hits of rays, the best of each ray that is better than what it has."""
-        some = np.flatnonzero(
-            np.isfinite(found.t) & self._wanted(rays, found.object, found.triangle)
-        )
+        counts: Bools = np.isfinite(found.t)
+        if self.other_than is not None:
+            counts &= self._wanted(rays, found.object, found.triangle, self.other_than)
+        some = np.flatnonzero(counts)
         rays, found = rays[some], found.take(some)
-        while len(rays):  # one hit of each ray at a time
+        while (rays[1:] <= rays[:-1]).any():  # one hit of each ray at a time
             each = np.arange(len(rays))
             self.turn[rays] = each
             mine = self.turn[rays] == each
             one, others = np.flatnonzero(mine), np.flatnonzero(~mine)
             self._keep_one(rays[one], found.take(one))
             rays, found = rays[others], found.take(others)
+        self._keep_one(rays, found)
 
     def _keep_one(self, rays: Index, found: Hits) -> None:
         best = self.best
@@ -293,13 +296,18 @@ class _Query:
         """Largest t of interest for rays whose best hits are at t."""
         return t if self.next_t is None else t * (1.0 + self.relative) + self.fixed[rays]
 
-    def _wanted(self, rays: Index, o: Ints, f: Ints | Index) -> Bools:
+    @staticmethod
+    def _wanted(rays: Index, o: Ints, f: Ints | Index, other_than: Faces) -> Bools:
         """Whether a face, by object and number, is none that its ray is to pass over."""
-        if self.other_than is None:
-            return np.ones(len(rays), dtype=np.bool_)
-        object_, face = self.other_than
+        object_, face = other_than
         wanted: Bools = o != object_[rays]
         return wanted if face is None else wanted | (f != face[rays])
+
+
+def _of(values: Floats, rays: Index) -> Floats:
+    """The values (n,) of some rays, (k,)."""
+    some: Floats = take(values[None], rays)[0]
+    return some
 
 
 def _joined(batch: list[Pairs]) -> Pairs:

@@ -66,3 +66,9 @@ def put(v: Floats, index: Index, values: Floats) -> None:
     """Overwrite some of vectors (3, n): ``v[:, index] = values``, in a fraction of its time."""
     for row, value in zip(v, values, strict=True):
         row[index] = value
+
+
+def divided(numbers: Index, by: int) -> tuple[Index, Index]:
+    """Quotients and remainders (n,): ``np.divmod(numbers, by)``, in a fraction of its time."""
+    quotient: Index = numbers // by
+    return quotient, numbers - quotient * by
