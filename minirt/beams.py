@@ -6,25 +6,26 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.vectors import Bools, Floats, Index
+from minirt.vectors import Floats, Index
 
 #: Rays of a whole beam, and the number of parts that it is divided into.
 WHOLE, PARTS = 64, 4
 #: Boxes and limits grow by this share of the largest number in play: some 4,000 times its rounding.
 PAD = 2.0**-40
-#: Pairs of a beam and a box whose numbers stay in a processor's nearest caches.
-_NEARBY = 16_384
+#: Pairs of a beam and a box whose numbers stay in a processor's caches.
+_NEARBY = 65_536
 #: Slopes that its rays may differ by: a wider beam meets so much that its parts cost less.
 _WIDE = 0.05
 #: Share of beams that keep together below which the rays of the others are taken one by one.
 _RARE = 1 / 16
-#: 1/0, for a ray's way through a slab that it does not cross.
-_NEVER = 2.0**300
+
+#: Numbers in double or in single precision.
+Measures: TypeAlias = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,8 @@ class Rays:
         found: list[Beams] = []
         while len(first):
             beams = Beams(self, first, size)
+            if size == 1:
+                return [*found, beams]
             together = beams.span.together
             if together.all():
                 return [*found, beams]
@@ -118,6 +121,14 @@ class Beams:
         return P0, d
 
     @cached_property
+    def table(self) -> Floats:
+        """P0, d, t0 and ‖d‖ of single rays, (b, 8)."""
+        table = np.empty((len(self), 8))
+        table[:, :3], table[:, 3:6] = self.P0[:, :, 0], self.d[:, :, 0]
+        table[:, 6], table[:, 7] = self.t0[:, 0], self.length[:, 0]
+        return table
+
+    @cached_property
     def toward_origin(self) -> Floats:
         """−d·P0, (b, s)."""
         along: Floats = np.einsum("bks,bks->bs", self.d, self.P0)
@@ -134,51 +145,47 @@ class Beams:
         return [value if len(self) == 1 else value[which] for value in values]
 
     @cached_property
-    def span(self) -> _Bounds:
+    def span(self) -> Span:
         """What bounds them."""
-        return Span(self) if self.size > 1 else Slabs(self)
+        return Span(self)
 
     def divided(self, index: Index) -> Beams:
         """Some of them, each in its parts, which follow each other."""
         parts = _parts(self._first[index], self.size, PARTS)
         return Beams(self._rays, parts, self.size // PARTS)
 
-    def latest(self, limit: Floats) -> Floats:
-        """The largest limit (n,) of t in each beam, and a little more, (b,)."""
-        t: Floats = limit[self.index].max(axis=1)
-        return t + PAD * np.abs(t)
 
-
-class _Bounds(ABC):
+class Bounds(ABC):
     """What bounds beams, so that boxes can be told that they miss.
 
-    Attributes
-    ----------
-    together : (b,) bool
-        Whether the rays of a beam keep so close together that `meet` can tell any; single rays do.
+    How far along a beam they are is told in a measure of the bounds' own.
     """
 
-    together: Bools
+    @abstractmethod
+    def latest(self, limit: Floats) -> Measures:
+        """How far along each beam is of interest, (b,), of t ≤ limit (n,); rather too far."""
 
-    def meet(self, which: Index, boxes: Floats, nodes: Index, latest: Floats, pad: float) -> Floats:
-        """The least t at which beams may be in the boxes of nodes, +inf where not by t = latest.
+    def meet(
+        self, which: Index, boxes: Measures, nodes: Index, latest: Measures, pad: float
+    ) -> Measures:
+        """Where beams may enter the boxes of nodes: +inf for never, or not by the latest.
 
         Parameters
         ----------
         which, nodes : (p,) intp
             Numbers of beams and of nodes, pair by pair.
-        boxes : (n, 6, c) float64
+        boxes : (n, 6, c) float
             Of each node's children: lower corners and, negated, upper ones.
-        latest : (b,) float64
+        latest : (b,) float
         pad : float
-            What boxes grow by.
+            What boxes grow by, in their unit.
 
         Returns
         -------
-        (c, p) float64
+        (c, p) float
         """
         planes = boxes.reshape(-1, boxes.shape[2])
-        near = np.empty((boxes.shape[2], len(which)))
+        near = np.empty((boxes.shape[2], len(which)), dtype=boxes.dtype)
         step = max(1, _NEARBY // boxes.shape[2])
         for start in range(0, len(which), step):
             some = slice(start, start + step)
@@ -188,19 +195,26 @@ class _Bounds(ABC):
 
     @abstractmethod
     def _meet(
-        self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
-    ) -> None:
+        self, which: Index, planes: Measures, base: Index, latest: Measures, pad: float,
+        near: Measures,
+    ) -> None:  # fmt: skip
         """`meet` for few pairs, into near (c, p)."""
 
 
-class Span(_Bounds):
-    """The bounds of beams.
+class Span(Bounds):
+    """The bounds of beams, along which t is told.
 
     A beam has a main axis, along which all of its rays advance one way. At a distance x along that
     axis a ray is at P + x·slope in the two others; a beam holds whatever its P and slopes span.
+
+    Attributes
+    ----------
+    together : (b,) bool
+        Whether the rays of a beam keep so close together that `meet` can tell any.
     """
 
     def __init__(self, beams: Beams) -> None:
+        self._index = beams.index
         slow, fast = beams.d.min(axis=2), beams.d.max(axis=2)
         low, high = beams.P0.min(axis=2), beams.P0.max(axis=2)
         speed = np.where(slow > 0, slow, np.where(fast < 0, -fast, 0.0))
@@ -226,9 +240,15 @@ class Span(_Bounds):
             self._aside.append((axis, low[beam, axis], high[beam, axis], least, most))
         self.together = together
 
+    def latest(self, limit: Floats) -> Floats:
+        """The largest limit (n,) of t in each beam, and a little more, (b,)."""
+        t: Floats = limit[self._index].max(axis=1)
+        return t + PAD * np.abs(t)
+
     def _meet(
-        self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
-    ) -> None:
+        self, which: Index, planes: Measures, base: Index, latest: Measures, pad: float,
+        near: Measures,
+    ) -> None:  # fmt: skip
         slowest, fastest, last = self._slowest[which], self._fastest[which], latest[which]
         x0, x1, lower, upper, other = np.empty((5, *near.shape))
         enter, leave = (base + plane[which] for plane in (self._enter, self._leave))
@@ -253,47 +273,6 @@ class Span(_Bounds):
             meets &= upper >= -pad - high[which]
         np.minimum(x0 / slowest, x0 / fastest, out=near)
         near[~meets] = np.inf
-
-
-class Slabs(_Bounds):
-    """The bounds of single rays, which each box's three pairs of planes cut.
-
-    Rays are counted along their main axis, and mirrored where they go back along an axis.
-    """
-
-    def __init__(self, beams: Beams) -> None:
-        P0, d = beams.rows
-        back, axis, speed = d < 0, np.arange(3)[:, None], np.abs(d).max(axis=0)
-        t0 = beams.t0[:, 0]
-        with np.errstate(all="ignore"):  # without a direction: all boxes are missed
-            start = (t0 - PAD * np.abs(t0)) * speed
-            inverse = np.minimum(speed / np.abs(d), _NEVER)
-        # What a ray is asked for lies together: its cost is that of fetching it.
-        self._numbers = np.stack((*np.where(back, -P0, P0), *inverse, speed, start), axis=1)
-        planes = np.where(back, (axis + 3, axis), (axis, axis + 3))
-        self._planes = planes.reshape(6, -1).T.copy()
-        self.together = np.ones(len(beams), dtype=np.bool_)
-
-    def _meet(
-        self, which: Index, planes: Floats, base: Index, latest: Floats, pad: float, near: Floats
-    ) -> None:
-        far, cut = np.empty((2, *near.shape))
-        numbers = self._numbers.take(which, axis=0).T.copy()
-        rows = self._planes.take(which, axis=0).T + base
-        speed = numbers[6]
-        near[:] = numbers[7]
-        far[:] = latest.take(which) * speed + pad
-        for axis in range(3):
-            P0, inverse = numbers[axis], numbers[3 + axis]
-            np.subtract(planes.take(rows[axis], axis=0).T, P0 + pad, out=cut)
-            cut *= inverse
-            np.maximum(near, cut, out=near)
-            np.add(planes.take(rows[3 + axis], axis=0).T, P0 - pad, out=cut)
-            cut *= -inverse
-            np.minimum(far, cut, out=far)
-        missed = ~(near <= far)
-        near /= speed
-        np.copyto(near, np.inf, where=missed)
 
 
 def _parts(first: Index, size: int, parts: int) -> Index:

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from minirt.beams import PAD, PARTS, Beams
+from minirt.beams import PAD, PARTS, Beams, Bounds, Measures
+from minirt.slabs import NARROW, Slabs
 from minirt.vectors import Bools, Floats, Index, divided, dot, take
 
 _WIDTH = 8
@@ -21,6 +23,8 @@ _WIDTH = 8
 _CROWD = 24
 #: Pairs of a ray and a node below which neither beams are divided nor near nodes opened first.
 _MANY = 65_536
+#: The least size of a tree, so that no coordinate overflows in units of it.
+_TINY = 2.0**-500
 #: Sine of the angle below which a plane's crossing is not trusted to cull.
 GRAZING = 2.0**-8
 
@@ -43,6 +47,25 @@ class Tree:
     primitives: Index
     boxes: tuple[Floats, ...]
     reach: float
+
+    @cached_property
+    def narrow(self) -> Narrow:
+        """The same in single precision."""
+        low, high = self.boxes[0][:, :3].min(axis=(0, 2)), -self.boxes[0][:, 3:].min(axis=(0, 2))
+        center = (low + high) / 2
+        size = max(float(np.maximum(high - center, center - low).max()), PAD * self.reach, _TINY)
+        shift = np.concatenate((-center, center))[:, None]
+        boxes = tuple(((level + shift) / size).astype(np.float32) for level in self.boxes)
+        return Narrow(center[:, None], size, boxes)
+
+
+@dataclass(frozen=True, eq=False)
+class Narrow:
+    """A tree's boxes around its center (3, 1), in units of its size, in float32."""
+
+    center: Floats
+    size: float
+    boxes: tuple[Measures, ...]
 
 
 def build(lower: Floats, upper: Floats) -> Tree:
@@ -82,88 +105,93 @@ def visit(
     pad : float
         What boxes grow by.
     """
-    work = [_Open(beams, 0, np.arange(len(beams)), np.zeros(len(beams), np.intp)) for beams in rays]
+    sights = (_Sight(tree, pad, beams) for beams in rays)
+    work = [
+        _Open(sight, 0, np.arange(len(sight.beams)), np.zeros(len(sight.beams), np.intp))
+        for sight in sights
+    ]
     while work:
         now = work.pop()
-        latest = now.beams.latest(limit)
+        latest = now.sight.bounds.latest(limit)
         if now.near is not None:
-            now.keep(now.near <= latest[now.which])
+            now = now.take(np.flatnonzero(now.near <= latest.take(now.which)))
         if now.level == len(tree.boxes):
-            yield now.beams, now.which, tree.primitives[now.nodes]
+            yield now.sight.beams, now.which, tree.primitives.take(now.nodes)
         elif len(now.which):
-            work += now.opened(tree.boxes[now.level], latest, pad)
+            work += now.opened(latest)
+
+
+class _Sight:
+    """What beams look at: the tree's boxes, in single precision for single rays, and their pad."""
+
+    def __init__(self, tree: Tree, pad: float, beams: Beams) -> None:
+        self._tree, self._pad, self.beams = tree, pad, beams
+        self.bounds: Bounds
+        self.boxes: tuple[Measures, ...]
+        if beams.size > 1:
+            self.bounds, self.boxes, self.pad = beams.span, tree.boxes, pad
+        else:
+            narrow = tree.narrow
+            self.bounds = Slabs(beams, narrow.center, narrow.size, pad)
+            self.boxes, self.pad = narrow.boxes, NARROW + pad / narrow.size
+
+    def divided(self, index: Index) -> _Sight:
+        """Some of the beams, in their parts."""
+        return _Sight(self._tree, self._pad, self.beams.divided(index))
 
 
 class _Open:
     """Pairs of a beam and a node of one level that are to be opened.
 
-    `near` is the least t at which they may meet, where that is known.
+    `near` is where the beam may enter the node, where that is known.
     """
 
     def __init__(
-        self, beams: Beams, level: int, which: Index, nodes: Index, near: Floats | None = None
+        self, sight: _Sight, level: int, which: Index, nodes: Index, near: Measures | None = None
     ) -> None:
-        self.beams, self.level, self.which, self.nodes, self.near = beams, level, which, nodes, near
+        self.sight, self.level, self.which, self.nodes, self.near = sight, level, which, nodes, near
 
-    def keep(self, mask: Bools) -> None:
+    def take(self, some: Index) -> _Open:
         """Some of the pairs."""
-        self.which, self.nodes = self.which[mask], self.nodes[mask]
+        near = None if self.near is None else self.near.take(some)
+        return _Open(self.sight, self.level, self.which.take(some), self.nodes.take(some), near)
 
-    def opened(self, boxes: Floats, latest: Floats, pad: float) -> Iterator[_Open]:
+    def opened(self, latest: Measures) -> Iterator[_Open]:
         """The pairs with the nodes' children that meet; what is to be looked at first comes last.
 
         That is the nearest child of each pair: what is met in it may hide the others. Beams that
         meet too many are divided, and their parts open the nodes again.
         """
-        near = self.beams.span.meet(self.which, boxes, self.nodes, latest, pad)
+        sight, beams = self.sight, self.sight.beams
+        near = sight.bounds.meet(self.which, sight.boxes[self.level], self.nodes, latest, sight.pad)
         best = near.min(axis=0)
         met = np.flatnonzero(near < np.inf)
         child, pair = divided(met, len(self.which))
-        which, nodes = self.which[pair], self.nodes[pair] * len(near) + child
-        near = near.reshape(-1)[met]
-        if len(which) * self.beams.size > _MANY:
-            crowded = np.bincount(which, minlength=len(self.beams)) > _CROWD
-            if self.beams.size > 1 and crowded.any():
-                yield self._in_parts(crowded)
-                rest = np.flatnonzero(~crowded[which])
-                which, nodes, near, pair = which[rest], nodes[rest], near[rest], pair[rest]
-            first = near <= best[pair]
-            yield _Open(self.beams, self.level + 1, which[~first], nodes[~first], near[~first])
-            which, nodes, near = which[first], nodes[first], near[first]
-        yield _Open(self.beams, self.level + 1, which, nodes, near)
+        nodes = self.nodes.take(pair) * len(near) + child
+        children = _Open(sight, self.level + 1, self.which.take(pair), nodes, near.take(met))
+        if len(met) * beams.size > _MANY:
+            first = children.near <= best.take(pair)
+            if beams.size > 1:
+                crowded = np.bincount(children.which, minlength=len(beams)) > _CROWD
+                if crowded.any():
+                    yield self._in_parts(crowded)
+                    rest = np.flatnonzero(~crowded[children.which])
+                    children, first = children.take(rest), first[rest]
+            yield children.take(np.flatnonzero(~first))
+            children = children.take(np.flatnonzero(first))
+        yield children
 
     def _in_parts(self, crowded: Bools) -> _Open:
         """The same nodes for the parts of crowded (b,) beams."""
         some = np.flatnonzero(crowded[self.which])
         place = (np.cumsum(crowded) - 1)[self.which[some]]
         parts = (place[:, None] * PARTS + np.arange(PARTS)).ravel()
-        finer = self.beams.divided(np.flatnonzero(crowded))
+        finer = self.sight.divided(np.flatnonzero(crowded))
         return _Open(finer, self.level, parts, np.repeat(self.nodes[some], PARTS))
 
 
-@dataclass(frozen=True, eq=False)
-class Patches:
-    """Flat primitives as culling sees them: parts of planes, within other planes.
-
-    Attributes
-    ----------
-    N : (m, 3) float64
-        Unit normals of the planes X·N = offset.
-    offset : (m,) float64
-    sides : (m, e, 3) float64
-        Unit vectors, along the plane, from each side inward; zero where a side is not told.
-    least : (m, e) float64
-        X·side is no less in the primitive.
-    """
-
-    N: Floats
-    offset: Floats
-    sides: Floats
-    least: Floats
-
-
 def may_cross(
-    patches: Patches, beams: Beams, which: Index, primitives: Index, pad: float, limit: Floats
+    patches: Floats, beams: Beams, which: Index, primitives: Index, pad: float, limit: Floats
 ) -> Bools:
     """Whether rays of beams, up to t = limit (n,), may meet flat primitives, pair by pair.
 
@@ -171,47 +199,52 @@ def may_cross(
     round as they like: some 2⁻⁴⁴ of the largest coordinate in play at the angles where culling is
     done, less than the pad, unless the plane is met at a small angle; there the answer is yes.
 
+    Parameters
+    ----------
+    patches : (m, 1 + e, 4) float64
+        Of each primitive, the unit normal N of its plane X·N = offset, and the offset; and of its
+        sides unit vectors along the plane, inward, of which X·side is no less than the fourth
+        number in the primitive; zero where a side is not told.
+    beams : Beams
+    which, primitives : (p,) intp
+
     Returns
     -------
     (p, s) bool
     """
+    planes = patches.take(primitives, axis=0)
     if beams.size == 1:
-        return _may_cross_singly(patches, beams, which, primitives, pad, limit)
+        return _may_cross_singly(planes, beams, which, pad, limit)
     P0, d, length, t0, index = beams.of(
         which, beams.P0, beams.d, beams.length, beams.t0, beams.index
     )
-    N = patches.N[primitives][:, None]
-    slope = (N @ d)[:, 0]
-    steep = np.abs(slope) > GRAZING * length
-    ahead = patches.offset[primitives][:, None] - (N @ P0)[:, 0]
-    t = ahead / np.where(steep, slope, 1.0)
+    along, ahead = planes[:, :, :3] @ d, planes[:, :, 3:] - planes[:, :, :3] @ P0
+    steep = np.abs(along[:, 0]) > GRAZING * length
+    t = ahead[:, 0] / np.where(steep, along[:, 0], 1.0)
     slack = pad / length
     within: Bools = (t >= t0 - slack) & (t <= limit[index] + slack)
-    sides = patches.sides[primitives]
-    along = sides @ d
-    least = (patches.least[primitives] - pad)[:, :, None] - sides @ P0
-    for k in range(sides.shape[1]):
-        within &= t * along[:, k] >= least[:, k]
+    ahead -= pad
+    for k in range(1, planes.shape[1]):
+        within &= t * along[:, k] >= ahead[:, k]
     within |= ~steep
     return within
 
 
 def _may_cross_singly(
-    patches: Patches, beams: Beams, which: Index, primitives: Index, pad: float, limit: Floats
+    planes: Floats, beams: Beams, which: Index, pad: float, limit: Floats
 ) -> Bools:
     """`may_cross` for beams of one ray, (p, 1): products with one column each cost too much."""
-    P0, d = (take(v, which) for v in beams.rows)
-    t0, length = beams.t0[:, 0].take(which), beams.length[:, 0].take(which)
-    N = patches.N.take(primitives, axis=0).T
+    numbers = beams.table.take(which, axis=0).T
+    P0, d, t0, length = numbers[:3], numbers[3:6], numbers[6], numbers[7]
+    N, offset = planes[:, 0, :3].T, planes[:, 0, 3]
     slope = dot(N, d)
     steep = np.abs(slope) > GRAZING * length
-    t = (patches.offset.take(primitives) - dot(N, P0)) / np.where(steep, slope, 1.0)
+    t = (offset - dot(N, P0)) / np.where(steep, slope, 1.0)
     slack, latest = pad / length, limit.take(beams.index[:, 0].take(which))
     within: Bools = (t >= t0 - slack) & (t <= latest + slack)
-    sides, least = patches.sides.take(primitives, axis=0), patches.least.take(primitives, axis=0)
-    for k in range(sides.shape[1]):
-        side = sides[:, k].T
-        within &= t * dot(side, d) >= least[:, k] - pad - dot(side, P0)
+    for k in range(1, planes.shape[1]):
+        side = planes[:, k, :3].T
+        within &= t * dot(side, d) >= planes[:, k, 3] - pad - dot(side, P0)
     within |= ~steep
     return within[:, None]
 

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from minirt import raster
-from minirt.bvh import Patches, Tree, build
+from minirt.bvh import Tree, build
 from minirt.memory import require_memory
 from minirt.scene import Facets, Scene, Sphere
 from minirt.vectors import Floats, Index, Ints, cross, dot, norm
@@ -69,18 +69,17 @@ class Triangles:
         return build(lower, np.maximum(np.maximum(self.a, self.b), self.c))
 
     @cached_property
-    def patches(self) -> Patches:
-        """Their planes, within their edges."""
+    def patches(self) -> Floats:
+        """Their planes, within their edges, (m, 4, 4): see `may_cross`."""
         N = _unit_or_zero(self.N)
-        sides, least = [], []
-        for start, end in ((self.a, self.b), (self.b, self.c), (self.c, self.a)):
+        patches = np.empty((N.shape[1], 4, 4))
+        patches[:, 0, :3], patches[:, 0, 3] = N.T, dot(self.a, N)
+        edges = ((self.a, self.b), (self.b, self.c), (self.c, self.a))
+        for k, (start, end) in enumerate(edges, 1):
             side = _unit_or_zero(cross(N, end - start))
-            sides.append(side)
-            least.append(np.minimum(dot(side, start), dot(side, end)))
-        return Patches(
-            N.T.copy(), dot(self.a, N), np.stack(sides).transpose(2, 0, 1).copy(),
-            np.stack(least, axis=1),
-        )  # fmt: skip
+            patches[:, k, :3] = side.T
+            patches[:, k, 3] = np.minimum(dot(side, start), dot(side, end))
+        return patches
 
     @cached_property
     def groups(self) -> raster.Triangles:
@@ -172,8 +171,8 @@ class Geometry:
         return build(np.stack(lower, axis=1), np.stack(upper, axis=1))
 
     @cached_property
-    def polygon_patches(self) -> Patches:
-        """The polygons' planes, within their boxes."""
+    def polygon_patches(self) -> Floats:
+        """The polygons' planes, within their boxes, (m, 5, 4): see `may_cross`."""
         lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
         facets = [polygon.facets for polygon in self.polygons]
         N = _unit_or_zero(np.concatenate([each.plane for each in facets], axis=1))
@@ -181,10 +180,9 @@ class Geometry:
         axis = (np.argmax(np.abs(N), axis=0)[:, None] + [1, 2]) % 3
         side = np.eye(3)[axis]
         low, high = (np.take_along_axis(np.stack(ends), axis, axis=1) for ends in (lower, upper))
-        return Patches(
-            N.T.copy(), dot(first, N), np.concatenate((side, -side), axis=1),
-            np.concatenate((low, -high), axis=1),
-        )  # fmt: skip
+        normals = np.concatenate((N.T[:, None], side, -side), axis=1)
+        least = np.concatenate((dot(first, N)[:, None], low, -high), axis=1)
+        return np.concatenate((normals, least[:, :, None]), axis=2)
 
     @classmethod
     def of(cls, scene: Scene) -> Geometry:

@@ -9,14 +9,15 @@ from typing import TypeAlias
 import numpy as np
 
 from minirt.beams import PAD, Beams, Rays
-from minirt.bvh import Patches, Tree, may_cross, may_touch, visit
+from minirt.bvh import Tree, may_cross, may_touch, visit
 from minirt.geometry import Geometry, Spheres, Triangles
 from minirt.picture import Picture
 from minirt.raster import Drawing
 from minirt.vectors import Bools, Floats, Index, divided
 
-#: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes.
-_PAIRS = 65_536
+#: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes; and pairs of
+#: single rays, each of which fetches its primitive's numbers.
+_PAIRS, _SINGLE = 65_536, 8_192
 #: Primitives of a kind that are not worth a tree, and rays that they are offered to together.
 _FEW, _CROWD = 32, 16_384
 
@@ -90,7 +91,7 @@ class Offers:
         """What primitives and their boxes grow by."""
         return PAD * max(tree.reach, self._magnitude)
 
-    def _flat(self, patches: Callable[[], Patches], tree: Tree) -> _Sieve:
+    def _flat(self, patches: Callable[[], Floats], tree: Tree) -> _Sieve:
         """The sieve of flat primitives, whose patches are only asked for when it is used."""
         pad = self._pad(tree)
         return lambda beams, which, primitives: may_cross(
@@ -116,7 +117,7 @@ class Offers:
     ) -> Iterator[Pairs]:
         """Of beams and the primitives that they may meet, rays and those that they may."""
         for beams, which, primitives in pairs:
-            step = max(1, _PAIRS // beams.size)
+            step = max(1, _PAIRS // beams.size) if beams.size > 1 else _SINGLE
             for start in range(0, len(which), step):
                 some = slice(start, start + step)
                 may_meet = sieve(beams, which[some], primitives[some])
