@@ -169,7 +169,8 @@ def stability_of(
     wanted = frozenset({*judged, *links})
     for pixels in squares(scene.screen.nx, scene.screen.ny):
         tile, d = exact.tile(pixels), primary_directions(scene, SLIDES, pixels)
-        moved = [other.tile(d, wanted) for other in others]
+        around = perpendicular(d)
+        moved = [other.tile(d, around, wanted) for other in others]
         sink.judge(pixels, tile, moved, _bases(tile, declared, geometry, surfaces))
     return Stability(sink.certain, sink.tolerance)
 
@@ -246,10 +247,14 @@ class Displaced(Whitted):
         self.declared, self.levers, self.k = declared, levers, k
         self.step, self.tilt = _STEP * declared.delta, _STEP * declared.slope
 
-    def tile(self, d: Floats, wanted: frozenset[str]) -> Tile:
-        """The wanted quantities of the pixels whose rays should go along d (3, n)."""
+    def tile(self, d: Floats, around: tuple[Floats, Floats], wanted: frozenset[str]) -> Tile:
+        """The wanted quantities of the pixels whose rays should go along d (3, n).
+
+        `around` is `perpendicular` of d.
+        """
+        self._aside = turned(around, self.k)
         if self.tilt:
-            d = d + self.tilt * norm(d) * sideways(d, self.k)
+            d = d + self.tilt * norm(d) * self._aside
         self._faces_contested = np.zeros(d.shape[1], dtype=np.bool_)
         tile = trace_pixels(self, d, wanted)
         tile["hit"] = tile["t"] < np.inf
@@ -273,7 +278,7 @@ class Displaced(Whitted):
 
     def primary_origin(self, d: Floats) -> Floats:
         """The observer, moved sideways."""
-        moved: Floats = super().primary_origin(d) + self.step * sideways(d, self.k)
+        moved: Floats = super().primary_origin(d) + self.step * self._aside
         return moved
 
     def primary_hits(self, P0: Floats, d: Floats) -> Hits:
@@ -345,13 +350,15 @@ class Displaced(Whitted):
             at, along = take(P0, rays), take(d, rays)
             return nearest(self.geometry, self.rules, at, along, low, high, other_than=known)
 
-        elsewhere = others(rays, gap, None).object >= 0
-        hits.object[rays[elsewhere]] = -1
-        rays, gap = rays[~elsewhere], gap[~elsewhere]
         other = others(rays, gap, hits.triangle[rays])
-        farther = np.flatnonzero((other.object >= 0) & (other.t > hits.t[rays]))
-        several = rays[other.object >= 0]
+        some = np.flatnonzero(other.object >= 0)
+        rays, gap, other = rays[some], gap[some], other.take(some)
+        alike = other.object == hits.object[rays]
+        alike[alike] = others(rays[alike], gap[alike], None).object < 0
+        farther = np.flatnonzero(alike & (other.t > hits.t[rays]))
         hits.put(rays[farther], other.take(farther))
+        hits.object[rays[~alike]] = -1
+        several: Index = rays[alike]
         return several
 
     def _gap(self, P0: Floats, d: Floats, hits: Hits) -> Floats:
@@ -365,6 +372,9 @@ class Displaced(Whitted):
 
 def perpendicular(d: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors (3, n) perpendicular to d (3, n) and to each other."""
+    if d.strides[1] == 0 and d.shape[1] > 1:  # one vector that stands for all
+        first, second = perpendicular(d[:, :1])
+        return np.broadcast_to(first, d.shape), np.broadcast_to(second, d.shape)
     first = cross(d, _ASKEW[0])
     parallel = np.flatnonzero(dot(first, first) < 0.1 * dot(d, d))
     put(first, parallel, cross(take(d, parallel), _ASKEW[1]))
@@ -374,7 +384,12 @@ def perpendicular(d: Floats) -> tuple[Floats, Floats]:
 
 def sideways(d: Floats, k: int) -> Floats:
     """The k-th of three unit vectors (3, n) perpendicular to d (3, n), a third of a turn apart."""
-    first, second = perpendicular(d)
+    return turned(perpendicular(d), k)
+
+
+def turned(around: tuple[Floats, Floats], k: int) -> Floats:
+    """The k-th of three unit vectors (3, n) between two (3, n), the first of which is the 0th."""
+    first, second = around
     if k == 0:
         return first
     aside: Floats = -0.5 * first + (0.75**0.5 if k == 1 else -(0.75**0.5)) * second
@@ -400,10 +415,15 @@ def _movement(base: Array, moved: list[Array]) -> Floats:
     largest = np.zeros(base.shape[-1])
     for other in moved:
         with np.errstate(invalid="ignore"):
-            square = np.atleast_2d(other - base) ** 2
-            square = square.sum(axis=0)
-        np.maximum(largest, square, out=largest, where=square < np.inf)
-    return np.sqrt(largest)
+            change = other - base
+            np.fmax(largest, change * change if base.ndim == 1 else _squares(change), out=largest)
+    return np.where(largest < np.inf, np.sqrt(largest), 0.0)
+
+
+def _squares(vectors: Floats) -> Floats:
+    """The square (n,) of each vector's length, of whatever many components (k, n)."""
+    squares: Floats = (vectors * vectors).sum(axis=0)
+    return squares
 
 
 def _bases(
