@@ -206,7 +206,7 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
         tile["distance"] = rules.distance_of(hits.t, length)
     if "barycentric" in wanted:
         tile["barycentric"] = np.stack((hits.beta, hits.gamma))
-    if wanted <= _BEFORE_POINTS:
+    if wanted <= BEFORE_POINTS:
         return tile
     points = whitted.points(P0, d, hits)
     tile["position"] = _scatter(points, points.M, n, "position")
@@ -233,8 +233,8 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
 
 
 _ALONG = {"ray", "depth", "distance"}
-#: What needs no surface points.
-_BEFORE_POINTS = {"hit", "object", "triangle", "t", "barycentric", *_ALONG}
+#: Quantities that need no surface points, nor any ray from there.
+BEFORE_POINTS = {"hit", "object", "triangle", "t", "barycentric", *_ALONG}
 _REFLECTION = {"reflection", "reflection_object", "reflection_t"}
 _REFRACTION = {"refraction", "refraction_object", "refraction_t", "tir"}
 

@@ -6,6 +6,8 @@ moved sideways by 2·δ, in three directions perpendicular to it, a third of a t
 triangle holds the circle of radius δ: a straight edge within δ of the ray is crossed by one of the
 three, whatever its direction. What moves in proportion moves most at one of the triangle's corners,
 the start's own part included: the largest of the three movements holds every movement within δ.
+Where only first hits are asked for, it is the six corners of a hexagon, 2/√3·δ away: fewer pixels
+are near an edge then.
 Where δ grows with the distance, primary rays are also tilted, to the same side. Facets are tilted
 by what the rounding of their vertices can turn them, and the cosine of a refracted ray errs by the
 rounding of its square. Where other surfaces lie within the error of the first (coplanar or touching
@@ -15,7 +17,7 @@ A polygon whose vertices are off its plane adds to δ by how far they are: which
 is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'
 error can turn it may or may not shade itself: it counts as doing what the exact answer does not.
 
-A discrete quantity is certain where all four agree; a continuous one where the discrete answers
+A discrete quantity is certain where all of them agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
 the largest movement seen.
 """
@@ -31,6 +33,7 @@ from minirt.frame import Array, Frame
 from minirt.geometry import Geometry, Kind
 from minirt.quantities import QUANTITIES
 from minirt.render import (
+    BEFORE_POINTS,
     SIGNATURE,
     Tile,
     blank_frame,
@@ -54,10 +57,9 @@ from reference.surfaces import PerSurface, Surfaces, warp
 #: for the curvature of an answer, and for errors that do not go to the same side.
 KAPPA = 2.0
 
-#: How far rays are moved, in δ: a triangle of that circumradius holds a circle of radius 1.
-_STEP = 2.0
-#: Directions in which they are.
-_DIRECTIONS = 3
+#: By number of directions in which rays are moved, how far, in δ: a triangle, and a hexagon, of
+#: that circumradius holds a circle of radius 1.
+_STEP = {3: 2.0, 6: 2.0 / 3.0**0.5}
 
 #: 1/slope up to which one trace tells whether other surfaces lie within the error of the first.
 _STEEP = 16.0
@@ -165,8 +167,10 @@ def stability_of(
     links = {link for name in judged for link in chain[name]}
     surfaces = Surfaces.of(geometry, scene.extent)
     sink = _Sink(scene, chain)
-    others = [Displaced(scene, declared, surfaces.levers, k) for k in range(_DIRECTIONS)]
     wanted = frozenset({*judged, *links})
+    directions = 6 if wanted <= BEFORE_POINTS else 3
+    sides = [(k, _STEP[directions]) for k in range(directions)]
+    others = [Displaced(scene, declared, surfaces.levers, *side) for side in sides]
     for pixels in squares(scene.screen.nx, scene.screen.ny):
         tile, d = exact.tile(pixels), primary_directions(scene, SLIDES, pixels)
         around = perpendicular(d)
@@ -228,7 +232,7 @@ class _Sink:
 
 
 class Displaced(Whitted):
-    """The lecture's algorithm with every ray moved sideways by 2·δ, in direction k of three.
+    """The lecture's algorithm with every ray moved sideways by some δ, in direction k of six.
 
     Secondary rays start as another renderer starts them. What is met where surfaces of several
     objects lie within the error of the first is no object's.
@@ -239,13 +243,17 @@ class Displaced(Whitted):
     declared : Declared
     levers : PerSurface
     k : int
-        0…2: the direction around each ray.
+        0…5: the direction around each ray.
+    step : float
+        How many δ.
     """
 
-    def __init__(self, scene: Scene, declared: Declared, levers: PerSurface, k: int) -> None:
+    def __init__(
+        self, scene: Scene, declared: Declared, levers: PerSurface, k: int, step: float
+    ) -> None:
         super().__init__(scene, replace(SLIDES, refract=self.refracted_direction))
         self.declared, self.levers, self.k = declared, levers, k
-        self.step, self.tilt = _STEP * declared.delta, _STEP * declared.slope
+        self.step, self.tilt = step * declared.delta, step * declared.slope
 
     def tile(self, d: Floats, around: tuple[Floats, Floats], wanted: frozenset[str]) -> Tile:
         """The wanted quantities of the pixels whose rays should go along d (3, n).
@@ -383,12 +391,17 @@ def perpendicular(d: Floats) -> tuple[Floats, Floats]:
 
 
 def sideways(d: Floats, k: int) -> Floats:
-    """The k-th of three unit vectors (3, n) perpendicular to d (3, n), a third of a turn apart."""
+    """The k-th of six unit vectors (3, n) perpendicular to d (3, n): see `turned`."""
     return turned(perpendicular(d), k)
 
 
 def turned(around: tuple[Floats, Floats], k: int) -> Floats:
-    """The k-th of three unit vectors (3, n) between two (3, n), the first of which is the 0th."""
+    """The k-th of six unit vectors (3, n) in the plane of two that are perpendicular.
+
+    The first three are a third of a turn apart, the others their opposites.
+    """
+    if k >= 3:
+        return -turned(around, k - 3)
     first, second = around
     if k == 0:
         return first

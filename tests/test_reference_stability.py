@@ -319,6 +319,7 @@ def test_sideways_directions_are_thirds_of_a_turn() -> None:
     d[:, 3:5] = [[0.48, 0.5], [0.6, 0.6], [0.64, 0.6]]
     three = [sideways(d, k) for k in range(3)]
     for k, e in enumerate(three):
+        assert np.array_equal(sideways(d, k + 3), -e)
         assert np.abs(norm(e) - 1).max() < 4 * 2.0**-52
         assert np.abs(dot(e, d)).max() < 8 * 2.0**-52 * norm(d).max()
         assert np.abs(dot(e, three[(k + 1) % 3]) + 0.5).max() < 8 * 2.0**-52
