@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from minirt.compensated import pair_cross, pair_dot, two_difference
+from minirt.shapes.plane import steeper
 from minirt.vectors import Bools, Floats, dot
 
 #: Numbers of some ray–triangle pairs: one array for each axis of the pairs.
@@ -61,8 +62,11 @@ def edge_on_t(
 
     The number is the mean of the vertices' own t, by the weights.
     """
+    infinite = np.isinf(t)
+    if not infinite.any():
+        return t
     total = weights[0] + weights[1] + weights[2]
-    met = np.nonzero(inside & np.isinf(t) & (total != 0) & (N != 0).any(axis=0))
+    met = np.nonzero(inside & infinite & (total != 0) & (N != 0).any(axis=0))
     if not len(met[0]):
         return t
     ends = _ends(*_chosen(met, P0, d, a, b, c))
@@ -81,6 +85,8 @@ def within_span(
     triangle, so its t lies between the vertices' own.
     """
     slope = dot(d, N)
+    if steeper(slope, _GRAZING, d, N):
+        return t
     grazing = slope * slope < _GRAZING**2 * dot(d, d) * dot(N, N)
     pairs = np.nonzero(inside & grazing & np.isfinite(t))
     if not len(pairs[0]):

@@ -28,11 +28,31 @@ def plane_t(P0: Floats, d: Floats, P1: Floats, p: Floats) -> Floats:
 
     Source: S10.
     """
+    return over_slope(dot(P1 - P0, p), d, p)
+
+
+def over_slope(ahead: Floats, d: Floats, p: Floats) -> Floats:
+    """ahead/(d·p), (n,); +inf where d·p cannot be told from zero."""
     slope = dot(d, p)
-    size = np.abs(d[0] * p[0]) + np.abs(d[1] * p[1]) + np.abs(d[2] * p[2])
-    parallel = np.abs(slope) <= UNDECIDED_SLOPE * size
-    t: Floats = np.where(parallel, np.inf, dot(P1 - P0, p) / np.where(parallel, 1.0, slope))
+    t: Floats
+    if steeper(slope, UNDECIDED_SLOPE, d, p):
+        t = ahead / slope
+    else:
+        size = np.abs(d[0] * p[0]) + np.abs(d[1] * p[1]) + np.abs(d[2] * p[2])
+        parallel = np.abs(slope) <= UNDECIDED_SLOPE * size
+        t = np.where(parallel, np.inf, ahead / np.where(parallel, 1.0, slope))
     return t
+
+
+def steeper(slope: Floats, share: float, d: Floats, p: Floats) -> bool:
+    """Whether one plane's d·p are all surely above a share of ‖d‖‖p‖ and of Σ|dᵢpᵢ|, in size.
+
+    Both are at most 3 · max|dᵢ| · max|pᵢ|: one bound for all rays spares a look at each.
+    """
+    if p.shape[1] > 1 or not slope.size:
+        return False
+    least = max(slope.min(), -slope.max())
+    return bool(least > 4.0 * share * max(d.max(), -d.min()) * max(p.max(), -p.min()))
 
 
 def plane_normal(p: Floats) -> Floats:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minirt.shapes.close_calls import edge_on_t, edge_volumes, slack, within_span
-from minirt.shapes.plane import plane_t
+from minirt.shapes.plane import over_slope
 from minirt.vectors import Bools, Floats, Ints, cross, dot
 
 
@@ -65,7 +65,7 @@ def triangle_hit(P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats, N: Floa
     """
     weights, inside = _weights(P0, d, a, b, c)
     w_a, w_b, w_c = weights
-    t = plane_t(P0, d, _heaviest(weights, a, b, c), N)
+    t = over_slope(_ahead(weights, P0, a, b, c, N), d, N)
     t = edge_on_t(t, inside, weights, P0, d, a, b, c, N)
     t = within_span(t, inside, P0, d, a, b, c, N)
     total = w_a + w_b + w_c
@@ -100,7 +100,13 @@ def _weights(
     return (w_a, w_b, w_c), inside
 
 
-def _heaviest(weights: tuple[Floats, Floats, Floats], a: Floats, b: Floats, c: Floats) -> Floats:
-    """The vertex with the largest weight, (3, n)."""
+def _ahead(
+    weights: tuple[Floats, Floats, Floats], P0: Floats, a: Floats, b: Floats, c: Floats, N: Floats
+) -> Floats:
+    """(V − P0)·N, (n,), of the vertex V with the largest weight."""
     x, y, z = (np.abs(w) for w in weights)
-    return np.where((x >= y) & (x >= z), a, np.where(y >= z, b, c))
+    heaviest_a, heavier_b = (x >= y) & (x >= z), y >= z
+    if max(a.shape[1], P0.shape[1]) == 1:
+        A, B, C = (dot(vertex - P0, N) for vertex in (a, b, c))
+        return np.where(heaviest_a, A, np.where(heavier_b, B, C))
+    return dot(np.where(heaviest_a, a, np.where(heavier_b, b, c)) - P0, N)
