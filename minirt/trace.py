@@ -205,7 +205,7 @@ class _Query:
         """The pairs whose hit could count: a ray has one hit at most on an object of one face."""
         if self.other_than is None:
             return rays, which
-        f = np.zeros_like(which) if face is None else face[which]
+        f = None if face is None else face[which]
         some = np.flatnonzero(self._wanted(rays, object_[which], f, self.other_than))
         return rays[some], which[some]
 
@@ -297,11 +297,11 @@ class _Query:
         return t if self.next_t is None else t * (1.0 + self.relative) + self.fixed[rays]
 
     @staticmethod
-    def _wanted(rays: Index, o: Ints, f: Ints | Index, other_than: Faces) -> Bools:
-        """Whether a face, by object and number, is none that its ray is to pass over."""
+    def _wanted(rays: Index, o: Ints, f: Ints | None, other_than: Faces) -> Bools:
+        """Whether a face, by object and number, if it has one, is none that its ray passes over."""
         object_, face = other_than
         wanted: Bools = o != object_[rays]
-        return wanted if face is None else wanted | (f != face[rays])
+        return wanted if f is None or face is None else wanted | (f != face[rays])
 
 
 def _of(values: Floats, rays: Index) -> Floats:
