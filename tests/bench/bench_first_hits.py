@@ -28,7 +28,7 @@ def test_first_hits(case: str, tracer: str, benchmark: Any) -> None:
     answer = benchmark.pedantic(who.prepare(scene, rays), rounds=3, warmup_rounds=1)
     kind = "spheres" if case in SPHERES else "triangles" if case in BALLS else "mesh"
     _note(benchmark, case, tracer, kind, rays, count(case))
-    expected = minirt.render(scene, quantities="t")["t"].ravel()[slice(*some(scene, rays))]
+    expected = minirt.render(scene, quantities="t")["t"].ravel()[some(scene, rays)]
     _judge(answer, expected)
 
 

@@ -23,7 +23,7 @@ from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Scene, Sphere
 from minirt.trace import nearest
-from minirt.vectors import Floats
+from minirt.vectors import Floats, Index
 from reference.renderers.llvm import find_llvm
 from reference.renderers.mitsuba_world import load_world, start
 from reference.renderers.povray_run import find_povray
@@ -65,10 +65,9 @@ class Tracer:
     draw: Callable[[Scene], Callable[[], object]] | None = None
 
 
-def some(scene: Scene, rays: int) -> tuple[int, int]:
-    """The first of so many pixels in the middle of the image, and one past the last."""
-    start = (scene.screen.nx * scene.screen.ny - rays) // 2
-    return start, start + rays
+def some(scene: Scene, rays: int) -> Index:
+    """So many pixels, (rays,), spread evenly over the image."""
+    return np.linspace(0, scene.screen.nx * scene.screen.ny - 1, rays).astype(np.intp)
 
 
 def _pixels(shoot: Shoot) -> Callable[[Scene, int], Callable[[], Floats | None]]:
@@ -76,7 +75,7 @@ def _pixels(shoot: Shoot) -> Callable[[Scene, int], Callable[[], Floats | None]]
 
     def prepare(scene: Scene, rays: int) -> Callable[[], Floats | None]:
         first_hits = shoot(scene)
-        P0, pixels = np.array(scene.screen.P0), np.arange(*some(scene, rays))
+        P0, pixels = np.array(scene.screen.P0), some(scene, rays)
         return lambda: first_hits(P0, primary_directions(scene, SLIDES, pixels).T)
 
     return prepare
@@ -100,12 +99,13 @@ def _minirt_shoots(scene: Scene) -> Callable[[Floats, Floats], Floats | None]:
 def _plain_loop(scene: Scene, rays: int) -> Callable[[], Floats | None]:
     """What a course's first tracer does: every ray against every object, kept where nearer."""
     P0 = np.array(scene.screen.P0)
+    pixels = some(scene, rays)
     balls = [thing for thing in scene.objects if isinstance(thing, Sphere)]
     soup = [thing.vertices[thing.faces] for thing in scene.objects if not isinstance(thing, Sphere)]
     triangles = np.concatenate([np.zeros((0, 3, 3)), *soup])
 
     def trace() -> Floats:
-        d = primary_directions(scene, SLIDES, np.arange(*some(scene, rays))).T
+        d = primary_directions(scene, SLIDES, pixels).T
         best = np.full(rays, np.inf)
         a = (d * d).sum(axis=1)
         for ball in balls:
