@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+import subprocess
+import sys
 from importlib import resources
 from pathlib import Path
 
@@ -18,7 +20,7 @@ from minirt.errors import InputError
 from reports.history.migrate import bring_up_to_date
 from reports.history.place import engine_of, place_of
 from reports.history.store import History
-from reports.history.tables import VERSION_TABLE, metadata
+from reports.history.tables import VERSION, VERSION_TABLE, metadata
 
 #: A step that a later version might take: a column with what earlier rows have in it.
 NEXT = """
@@ -51,6 +53,9 @@ def columns(target: str) -> set[str]:
 def test_the_steps_make_the_tables_that_are_declared(target: str) -> None:
     History(target).close()
     with engine_of(place_of(target)).connect() as connection:
+        assert MigrationContext.configure(
+            connection, opts={"version_table": VERSION_TABLE}
+        ).get_current_heads() == (VERSION,)
         context = MigrationContext.configure(
             connection, opts={"version_table": VERSION_TABLE, "compare_type": True}
         )
@@ -90,6 +95,17 @@ def test_a_step_that_fails_leaves_everything_as_it_was(target: str, steps: Path)
     assert "place" not in columns(target)
     with History(target) as history:
         whole(history, first, sum(1 for _ in entry().cells()))
+
+
+def test_tables_of_this_version_need_no_alembic(tmp_path: Path) -> None:
+    path = str(tmp_path / "history.sqlite")
+    History(path).close()
+    code = (
+        "import sys; from reports.history.store import History\n"
+        "History(sys.argv[1]).close(); print('alembic' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True)
+    assert done.stdout == "False\n", done.stderr
 
 
 def test_three_that_start_at_once_make_the_tables_once(target: str) -> None:

@@ -47,12 +47,6 @@ def bring_up_to_date(engine: Engine, place: Place, steps: Path | None = None) ->
         command.upgrade(config, "head")
 
 
-def has_tables(engine: Engine) -> bool:
-    """Whether a history was ever begun here."""
-    with engine.connect() as connection:
-        return inspect(connection).has_table(VERSION_TABLE)
-
-
 def _version(connection: Connection, script: ScriptDirectory, place: Place) -> str | None:
     """The version of the tables; None where there are none yet."""
     context = MigrationContext.configure(connection, opts={"version_table": VERSION_TABLE})

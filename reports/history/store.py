@@ -13,16 +13,27 @@ from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
-from sqlalchemy import Connection, Engine, Row, Select, Table, func, insert, select
+from sqlalchemy import (
+    Connection,
+    Engine,
+    Row,
+    Select,
+    Table,
+    column,
+    func,
+    insert,
+    inspect,
+    select,
+    table,
+)
 from sqlalchemy.exc import IntegrityError
 
 from minirt.errors import InputError
 from reports.before import Before, Point, Standing
 from reports.history.entry import Entry, kept_name, series_of
-from reports.history.migrate import bring_up_to_date, has_tables
 from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, read_only, telling
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
-from reports.history.tables import answers, cells, runs, scenes
+from reports.history.tables import VERSION, VERSION_TABLE, answers, cells, runs, scenes
 
 #: Newest runs of a scene that a run is told of.
 MOST_POINTS = 60
@@ -57,11 +68,15 @@ class History:
         reading = None if create else read_only(self._place)
         self._engine: Engine = engine_of(reading or self._place)
         with telling(self._place, "the history cannot be opened", "a history of minirt"):
-            if not create and not has_tables(self._engine):
+            found = _tables_version(self._engine)
+            if not create and found is None:
                 raise self._none()
             if file is not None and reading is None:
                 _write_ahead(self._engine)
-            bring_up_to_date(self._engine, self._place)
+            if found != VERSION:
+                from reports.history.migrate import bring_up_to_date  # alembic: slow to import
+
+                bring_up_to_date(self._engine, self._place)
 
     def __enter__(self) -> History:
         return self
@@ -274,6 +289,15 @@ def _point(row: Row[Any]) -> Point:
 
 def _is_number(word: str) -> bool:
     return word.isascii() and word.isdigit() and len(word) < 10
+
+
+def _tables_version(engine: Engine) -> str | None:
+    """The version of a database's tables, empty while they are made; None where there are none."""
+    with engine.connect() as connection:
+        if not inspect(connection).has_table(VERSION_TABLE):
+            return None
+        found = connection.scalar(select(column("version_num")).select_from(table(VERSION_TABLE)))
+    return str(found or "")
 
 
 def _write_ahead(engine: Engine) -> None:

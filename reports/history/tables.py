@@ -20,6 +20,8 @@ from reports.history.entry import LONGEST_NAME
 
 #: Where alembic notes the version of the tables.
 VERSION_TABLE = "minirt_version"
+#: The version that these are: the last of the steps in `migrations/`.
+VERSION = "0001"
 
 metadata = MetaData()
 
