@@ -11,11 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from minirt.beams import PAD, PARTS, Beams, Bounds, Measures
-from minirt.slabs import NARROW, Slabs
+from minirt.slabs import Slabs, precision
 from minirt.vectors import Bools, Floats, Index, divided, dot, take
 
 _WIDTH = 8
@@ -49,23 +50,32 @@ class Tree:
     reach: float
 
     @cached_property
-    def narrow(self) -> Narrow:
-        """The same in single precision."""
+    def place(self) -> tuple[Floats, float]:
+        """Its centre (3, 1), and the largest distance along an axis from there to any box."""
         low, high = self.boxes[0][:, :3].min(axis=(0, 2)), -self.boxes[0][:, 3:].min(axis=(0, 2))
         center = (low + high) / 2
-        size = max(float(np.maximum(high - center, center - low).max()), PAD * self.reach, _TINY)
-        shift = np.concatenate((-center, center))[:, None]
-        boxes = tuple(((level + shift) / size).astype(np.float32) for level in self.boxes)
-        return Narrow(center[:, None], size, boxes)
+        size = float(np.maximum(high - center, center - low).max())
+        return center[:, None], max(size, PAD * self.reach, _TINY)
 
+    @cached_property
+    def share(self) -> float:
+        """Of its size, that of the small ones among the last boxes: the hundredth part is less."""
+        extents = -(self.boxes[-1][:, :3] + self.boxes[-1][:, 3:]).max(axis=1)
+        return float(np.quantile(extents, 0.01)) / self.place[1]
 
-@dataclass(frozen=True, eq=False)
-class Narrow:
-    """A tree's boxes around its center (3, 1), in units of its size, in float32."""
+    def placed(self, kind: type[np.floating[Any]]) -> tuple[Measures, ...]:
+        """Its boxes around its centre in units of its size, in numbers of some kind."""
+        if kind not in self._placed:
+            center, size = self.place
+            shift = np.concatenate((-center, center))
+            self._placed[kind] = tuple(
+                ((level + shift) / size).astype(kind) for level in self.boxes
+            )
+        return self._placed[kind]
 
-    center: Floats
-    size: float
-    boxes: tuple[Measures, ...]
+    @cached_property
+    def _placed(self) -> dict[type[np.floating[Any]], tuple[Measures, ...]]:
+        return {}
 
 
 def build(lower: Floats, upper: Floats) -> Tree:
@@ -122,7 +132,7 @@ def visit(
 
 
 class _Sight:
-    """What beams look at: the tree's boxes, in single precision for single rays, and their pad."""
+    """What beams look at: the tree's boxes, in its own measure for single rays, and their pad."""
 
     def __init__(self, tree: Tree, pad: float, beams: Beams) -> None:
         self._tree, self._pad, self.beams = tree, pad, beams
@@ -131,9 +141,10 @@ class _Sight:
         if beams.size > 1:
             self.bounds, self.boxes, self.pad = beams.span, tree.boxes, pad
         else:
-            narrow = tree.narrow
-            self.bounds = Slabs(beams, narrow.center, narrow.size, pad)
-            self.boxes, self.pad = narrow.boxes, NARROW + pad / narrow.size
+            center, size = tree.place
+            kind = precision(tree.share, pad / size)
+            slabs = Slabs(beams, center, size, pad, kind)
+            self.bounds, self.boxes, self.pad = slabs, tree.placed(kind), slabs.slack
 
     def divided(self, index: Index) -> _Sight:
         """Some of the beams, in their parts."""

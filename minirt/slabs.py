@@ -2,27 +2,31 @@
 
 A ray without neighbours opens some ten nodes of a tree, each elsewhere in memory: what that costs
 is the fetching. So boxes and rays are held in single precision, around the tree's centre and in
-units of its size, and each ray begins where it enters the tree. Boxes grow by what that rounds.
+units of its size, and each ray begins where it enters the tree. Boxes grow by what that rounds; in
+a tree of which they are too small a share for that, all is in double precision.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
 from minirt.beams import Beams, Bounds, Measures
 from minirt.vectors import Floats, Index
 
-#: What boxes of a tree of size 1 grow by. Coordinates are within ±1: a plane, a ray's point and
-#: their difference round by 2⁻²³ in all. The way to a plane, at most 4 where it matters, is a
-#: product of two rounded factors and errs by 2⁻²¹, which is worth no more across the plane.
-NARROW = 2.0**-18
+#: What boxes of a tree of size 1 grow by, in roundings. Coordinates are within ±1: a plane, a ray's
+#: point and their difference round by 2u in all. The way to a plane, at most 4 where it matters, is
+#: a product of two rounded factors and errs by 8u, which is worth no more across the plane.
+_ROUNDINGS = 64
+#: Share of a tree that boxes need for single precision to be fine enough, and the pad, in sizes of
+#: the tree, up to which its numbers do not overflow.
+_FINE, _WIDEST = 2.0**-12, 2.0**40
 #: Margin of the tree's own box, within which rays begin.
 _MARGIN = 2.0**-10
 #: 1/0, for a ray's way through a slab that it does not cross: it is farther than any box, even
 #: where the plane is as near as what boxes grow by.
 _NEVER = 2.0**60
-#: Whose square makes infinity of every positive normal number.
-_HUGE = np.float32(2.0**127)
 #: By octant of a direction, numbers of the three planes that a ray comes to first, and last.
 _PLANES = np.array(
     [
@@ -30,6 +34,24 @@ _PLANES = np.array(
         for octant in range(8)
     ]
 )
+
+
+def precision(share: float, pad: float) -> type[np.floating[Any]]:
+    """What to hold a tree in: float32 if it will do.
+
+    Parameters
+    ----------
+    share : float
+        Of the tree's size, that of small boxes in it.
+    pad : float
+        What boxes grow by, in sizes of the tree.
+    """
+    return np.float32 if share >= _FINE and pad <= _WIDEST else np.float64
+
+
+def rounding(kind: type[np.floating[Any]]) -> float:
+    """What boxes of a tree of size 1 grow by, held in numbers of a kind."""
+    return _ROUNDINGS * float(np.finfo(kind).epsneg)
 
 
 class Slabs(Bounds):
@@ -48,9 +70,13 @@ class Slabs(Bounds):
         Largest distance along an axis from there to any box.
     pad : float
         What boxes grow by, in scene units.
+    kind : type
+        What numbers are held in: see `precision`.
     """
 
-    def __init__(self, beams: Beams, center: Floats, size: float, pad: float) -> None:
+    def __init__(
+        self, beams: Beams, center: Floats, size: float, pad: float, kind: type[np.floating[Any]]
+    ) -> None:
         P0, d = beams.rows
         speed = np.abs(d).max(axis=0)
         P = np.copysign(1.0, d) * (P0 - center) / size
@@ -61,12 +87,14 @@ class Slabs(Bounds):
             begin = np.maximum(((-edge - P) * inverse).max(axis=0), beams.t0[:, 0] * speed / size)
             enters = begin <= ((edge - P) * inverse).min(axis=0)
             entry = P + begin * along
+        entry[:, ~enters] = 0.0
         self._speed, self._begin = np.where(enters, speed / size, np.nan), begin
-        self._slack = NARROW + pad / size
+        self.slack, self._kind = rounding(kind) + pad / size, kind
+        #: Whose square makes infinity of every positive normal number.
+        self._huge = kind(2.0 ** (np.finfo(kind).maxexp - 1))
         # What a ray is asked for lies together: its cost is that of fetching it.
-        self._numbers = np.empty((len(beams), 6), dtype=np.float32)
+        self._numbers = np.empty((len(beams), 6), dtype=kind)
         self._numbers[:, :3], self._numbers[:, 3:] = entry.T, inverse.T
-        self._numbers[~enters] = 0.0
         self._octant = np.signbit(d).T @ np.array([1, 2, 4], dtype=np.int8)
         self._index = beams.index[:, 0]
 
@@ -76,18 +104,18 @@ class Slabs(Bounds):
         with np.errstate(all="ignore"):
             way *= self._speed
             way -= self._begin
-            way += self._slack
-            narrow: Measures = way.astype(np.float32)
+            way += self.slack
+            narrow: Measures = way.astype(self._kind)
         return narrow
 
     def _meet(
         self, which: Index, planes: Measures, base: Index, latest: Measures, pad: float,
         near: Measures,
     ) -> None:  # fmt: skip
-        far, cut = np.empty((2, *near.shape), dtype=np.float32)
+        far, cut = np.empty((2, *near.shape), dtype=self._kind)
         numbers = self._numbers.take(which, axis=0).T.copy()
         rows = _PLANES.take(self._octant.take(which), axis=0).T + base
-        slack = np.float32(pad)
+        slack = self._kind(pad)
         near[:] = 0.0
         far[:] = latest.take(which)
         for axis in range(3):
@@ -100,6 +128,6 @@ class Slabs(Bounds):
             np.minimum(far, cut, out=far)
         np.subtract(near, far, out=cut)  # +inf where that is positive, faster than by choice
         np.maximum(cut, 0.0, out=cut)
-        cut *= _HUGE
-        cut *= _HUGE
+        cut *= self._huge
+        cut *= self._huge
         near += cut

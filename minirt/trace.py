@@ -85,7 +85,7 @@ def nearest(
     P0, d : (3, n) float64
     t0, t1 : float or (n,) float64
     other_than : Faces, optional
-        One a ray, which is passed over.
+        One a ray, which is passed over; a sphere or a polygon as a whole.
     """
     return _Query(geometry, rules, P0, d, t0, t1, False, other_than).run()
 
@@ -178,7 +178,7 @@ class _Query:
             self._batches(offered, object_, face) if self.culls else self._every_pair(len(object_))
         )
         for rays, which in batches:
-            self._keep(rays, kernel(rays, which))
+            self._keep(rays, kernel(rays, which), alone=face is None)
 
     def _batches(
         self, offered: Iterable[Pairs], object_: Ints, face: Ints | None
@@ -263,11 +263,15 @@ class _Query:
         t = np.where(counts, met.t, np.inf)
         return Hits(t, fans.object[which], met.triangle, met.beta, met.gamma)
 
-    def _keep(self, rays: Index, found: Hits) -> None:
-        """Take over, of hits of rays, the best of each ray that is better than what it has."""
+    def _keep(self, rays: Index, found: Hits, *, alone: bool) -> None:
+        """Take over, of hits of rays, the best of each ray that is better than what it has.
+
+        `alone` says that a ray has one hit at most on each of these objects.
+        """
         counts: Bools = np.isfinite(found.t)
         if self.other_than is not None:
-            counts &= self._wanted(rays, found.object, found.triangle, self.other_than)
+            face = None if alone else found.triangle
+            counts &= self._wanted(rays, found.object, face, self.other_than)
         some = np.flatnonzero(counts)
         rays, found = rays[some], found.take(some)
         while (rays[1:] <= rays[:-1]).any():  # one hit of each ray at a time

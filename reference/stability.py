@@ -49,7 +49,7 @@ from minirt.rules import SLIDES
 from minirt.scene import Scene
 from minirt.trace import Hits, nearest, nearest_two
 from minirt.vectors import Bools, Floats, Index, Ints, column, cross, dot, norm, put, take, unit
-from minirt.whitted import Points, Whitted
+from minirt.whitted import Points, Signature, Whitted
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.surfaces import PerSurface, Surfaces, warp
 
@@ -64,8 +64,10 @@ _STEP = {3: 2.0, 6: 2.0 / 3.0**0.5}
 #: 1/slope up to which one trace tells whether other surfaces lie within the error of the first.
 _STEEP = 16.0
 
-#: Of no face: what is met where the other renderer may well see another one.
+#: Of no object, or of no face, and not nothing either: what is met where the other renderer may
+#: well see another one. No exact answer equals it.
 _CONTESTED = -2
+_CONTESTED_PATH = np.uint64(0xC0)
 
 #: Two vectors that few rays or edges are parallel to.
 _ASKEW = column((0.48, 0.6, 0.64)), column((0.8, -0.64, 0.0))
@@ -253,7 +255,7 @@ class Displaced(Whitted):
     ) -> None:
         super().__init__(scene, replace(SLIDES, refract=self.refracted_direction))
         self.declared, self.levers, self.k = declared, levers, k
-        self.step, self.tilt = step * declared.delta, step * declared.slope
+        self.sample, self.step, self.tilt = step, step * declared.delta, step * declared.slope
 
     def tile(self, d: Floats, around: tuple[Floats, Floats], wanted: frozenset[str]) -> Tile:
         """The wanted quantities of the pixels whose rays should go along d (3, n).
@@ -304,7 +306,7 @@ class Displaced(Whitted):
             origin, t0 = points.M, start.length
         else:
             origin, t0 = super().secondary_start(points, direction)
-        return origin + self.step * sideways(direction, self.k), t0
+        return origin + self.step * carried(points, direction, self.k), t0
 
     def _side(self, points: Points, direction: Floats) -> Floats:
         """Which side of a surface rays leave on, (n,), by its sign; on either when along it."""
@@ -314,7 +316,7 @@ class Displaced(Whitted):
     def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
         """Facets tilted by what their vertices' rounding turns them, spheres by the angle's."""
         tilt = self.declared.angle + _facet_tilt(hits, self.geometry, self.levers, self.declared)
-        return unit(normal + tilt * sideways(normal, self.k))
+        return unit(normal + self.sample * tilt * sideways(normal, self.k))
 
     def shadow(self, points: Points) -> Bools:
         """Shadow; facets that the light may pass on either side shade themselves, then do not.
@@ -329,8 +331,16 @@ class Displaced(Whitted):
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
         """The first hits; of no object, but with their t, where another may be met instead."""
         hits, several = self._hits(P0, d, t0)
-        hits.object[several] = -1
+        hits.object[several] = _CONTESTED
         return hits
+
+    def color(
+        self, P0: Floats, d: Floats, hits: Hits, generation: int = 0
+    ) -> tuple[Floats, Signature]:
+        """As the lecture's, with a signature of its own for what is contested."""
+        result, signature = super().color(P0, d, hits, generation)
+        signature[hits.object == _CONTESTED] = _CONTESTED_PATH
+        return result, signature
 
     def _hits(self, P0: Floats, d: Floats, t0: float) -> tuple[Hits, Index]:
         """The first hits, and of which rays other faces of the same object may be met instead.
@@ -365,7 +375,7 @@ class Displaced(Whitted):
         alike[alike] = others(rays[alike], gap[alike], None).object < 0
         farther = np.flatnonzero(alike & (other.t > hits.t[rays]))
         hits.put(rays[farther], other.take(farther))
-        hits.object[rays[~alike]] = -1
+        hits.object[rays[~alike]] = _CONTESTED
         several: Index = rays[alike]
         return several
 
@@ -409,10 +419,27 @@ def turned(around: tuple[Floats, Floats], k: int) -> Floats:
     return aside
 
 
+def carried(points: Points, direction: Floats, k: int) -> Floats:
+    """`sideways` of rays that arrived at points, carried on to unit directions (3, n) from there.
+
+    Mirrored with the ray where that goes back, turned with it where it goes on: the point is aside
+    because its ray was, and what is added to that must not take it away.
+    """
+    delta = points.delta
+    aside, along = sideways(delta, k), dot(delta, direction)
+    back = np.where(dot(delta, points.normal) * dot(direction, points.normal) < 0, 1.0, -1.0)
+    apart = 1.0 - back * along
+    share = np.divide(
+        back * dot(direction, aside), apart, where=apart > 2.0**-40, out=np.zeros_like(apart)
+    )
+    turned_on: Floats = aside + share * (delta - back * direction)
+    return turned_on
+
+
 def _facet_tilt(hits: Hits, geometry: Geometry, levers: PerSurface, declared: Declared) -> Floats:
     """The angle (n,) by which moving a facet's vertices can turn it; 0 on spheres."""
     flat = geometry.kind[hits.object] != Kind.SPHERE
-    return np.where(flat, 2.0**0.5 * declared.vertex / levers.at(hits), 0.0)
+    return np.where(flat, 2.0 * declared.vertex / levers.at(hits), 0.0)
 
 
 def _off_surface(points: Points, side: Floats, start: NormalOffset) -> Floats:
@@ -444,8 +471,9 @@ def _bases(
 ) -> dict[str, Floats]:
     """The part (n,) of each tolerance that is there when nothing moves.
 
-    δ along the ray, and the grain, for a length; for a ratio, δ over the length it is measured in;
-    for a normal, δ over the local radius of curvature, or the vertices' error over a facet's
+    δ along the ray, and the grain, for a length, and twice where both of its ends are computed; for
+    a ratio, δ over the length it is measured in;
+    for a normal, δ over the local radius of curvature, or twice the vertices' error over a facet's
     height, and the rounding of a unit vector. What slender facets add: `_slenderness`. The steps of
     the other's format come on top.
     """
@@ -459,7 +487,7 @@ def _bases(
     length = delta + declared.grain * distance
     per_t = np.divide(base["t"], base["distance"], out=np.zeros(n), where=base["hit"])
     flat = np.isin(base["object"], np.flatnonzero(geometry.kind != Kind.SPHERE))
-    turn = declared.angle + np.where(flat, 2.0**0.5 * declared.vertex, delta) / lever
+    turn = declared.angle + np.where(flat, 2.0 * declared.vertex, delta) / lever
     angle = np.full(n, 2.0 * declared.angle)
     shade = np.abs(base["color"]).max(axis=0)
     bases = {
@@ -471,9 +499,9 @@ def _bases(
         "barycentric": delta / lever,
         "normal": turn,
         "reflection": angle,
-        "reflection_t": length,
+        "reflection_t": 2.0 * length,
         "refraction": angle,
-        "refraction_t": length,
+        "refraction_t": 2.0 * length,
         "color": declared.color * np.maximum(shade, 1e-6),
         "alpha": np.full(n, declared.color),
     }
