@@ -123,6 +123,52 @@ def test_many_rays_meet_few_boxes() -> None:
     assert 0 < asked < 0.1 * 500 * 2000
 
 
+@pytest.mark.parametrize("large", [1e2, 1e4, 1e6, 1e9])
+def test_rays_without_order_meet_few_boxes_beside_something_large(large: float) -> None:
+    """What single precision makes boxes grow by is a share of the tree: detail must stay small."""
+    rng = np.random.default_rng(27)
+    detail = [sphere(rng.uniform(-1, 1, 3), 0.02) for _ in range(500)]
+    scene = scene_with([sphere((0, 0, -large - 1), large), *detail])
+    spheres = Geometry.of(scene).spheres
+    P0, d = rng.uniform(-1, 1, (3, 1000)) * [[1], [1], [3]], rng.normal(size=(3, 1000))
+    rays = Rays(P0, d, np.zeros(1000))
+    assert [beams.size for beams in rays.beams][-1] == 1
+    asked = sum(
+        beams.size * len(primitives)
+        for beams, _, primitives in visit(spheres.tree, rays.beams, np.full(1000, np.inf), 1e-9)
+    )
+    assert 1000 < asked < 0.05 * 501 * 1000
+
+
+@pytest.mark.parametrize("size", [1e-25, 1e-20, 1.0])
+def test_single_rays_from_very_far_are_the_same(size: float) -> None:
+    """In units of a small tree the pad of a far origin is beyond single precision's range."""
+    rng = np.random.default_rng(28)
+    objects = [sphere(size * rng.uniform(-1, 1, 3), 0.3 * size) for _ in range(60)]
+    geometry = Geometry.of(scene_with(objects))
+    P0 = rng.normal(size=(3, 400)) * size
+    d = -P0 / size
+    P0[:, ::2] *= 2e29 / size
+    hits = [nearest(geometry, rules, P0, d, 0.0) for rules in (SLIDES, BRUTE)]
+    for name, value in vars(hits[0]).items():
+        assert value.tobytes() == getattr(hits[1], name).tobytes(), name
+    assert (hits[0].object >= 0).sum() > 150
+
+
+def test_a_polygon_is_passed_over_as_a_whole() -> None:
+    """Whatever triangle of its fan is named: a ray has one hit at most on it."""
+    square = {"type": "polygon", "material": "all",
+              "vertices": [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]}  # fmt: skip
+    geometry = Geometry.of(scene_with([square]))
+    P0, d = np.array([[-0.5, 0.5], [0.5, -0.5], [3, 3]]), np.array([[0.0, 0], [0, 0], [-1, -1]])
+    assert set(nearest(geometry, SLIDES, P0, d, 0.0).triangle) == {0, 1}
+    for rules in (SLIDES, BRUTE):
+        for face in (0, 1):
+            passed = np.zeros(2, dtype=np.int32), np.full(2, face, dtype=np.int32)
+            other = nearest(geometry, rules, P0, d, 0.0, other_than=passed)
+            assert (other.object == -1).all()
+
+
 def test_hits_of_no_ray_keep_their_shape() -> None:
     geometry = Geometry.of(scene_with(FAMILIES["mixed"](np.random.default_rng(26))))
     none = nearest(geometry, SLIDES, np.zeros((3, 0)), np.zeros((3, 0)), 0.0)
