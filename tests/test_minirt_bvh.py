@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from culling_scenes import BRUTE, FAMILIES, Objects, scene_with, sphere
+from culling_scenes import BRUTE, FAMILIES, Objects, scene_with, sphere, triangle
 
 import minirt
 from minirt.beams import Rays
@@ -121,6 +121,27 @@ def test_many_rays_meet_few_boxes() -> None:
         for beams, _, primitives in visit(spheres.tree, rays.beams, np.full(2000, np.inf), 0.0)
     )
     assert 0 < asked < 0.1 * 500 * 2000
+
+
+def test_facets_seen_edge_on_are_met_where_the_ray_passes_them() -> None:
+    """Rays in the planes of triangles, cutting a corner off; asked for exactly what they meet."""
+    rng = np.random.default_rng(29)
+    corners = rng.uniform(-2, 2, (60, 1, 3)) + rng.normal(size=(60, 3, 3))
+    geometry = Geometry.of(scene_with([triangle(each) for each in corners]))
+    a, b, c = corners[np.arange(3000) % 60].transpose(1, 2, 0)
+    near, far = 10.0 ** rng.uniform(-3, -0.5, (2, 3000))
+    start, end = a + near * (b - a), a + far * (c - a)
+    N, d = np.cross(b - a, c - a, axis=0), end - start
+    d, N = d / np.linalg.norm(d, axis=0), N / np.linalg.norm(N, axis=0)
+    P0 = start - rng.uniform(1, 4, 3000) * d
+    d += N * 10.0 ** rng.uniform(-17, -14, 3000) * rng.choice([-1, 1], 3000)
+    found = nearest(geometry, BRUTE, P0, d, 0.0)
+    assert (found.object >= 0).sum() > 1000
+    at = np.where(np.isfinite(found.t), found.t, 1.0)
+    for low, high in ((0.0, np.inf), (at, at), (np.nextafter(at, np.inf), np.inf)):
+        hits = [nearest(geometry, rules, P0, d, low, high) for rules in (SLIDES, BRUTE)]
+        for name, value in vars(hits[0]).items():
+            assert value.tobytes() == getattr(hits[1], name).tobytes(), name
 
 
 @pytest.mark.parametrize("large", [1e2, 1e4, 1e6, 1e9])

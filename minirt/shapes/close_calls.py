@@ -79,10 +79,10 @@ def edge_on_t(
 def within_span(
     t: Floats, inside: Bools, P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats, N: Floats
 ) -> Floats:
-    """t, brought between the t of the triangle's vertices where it is met nearly edge-on.
+    """t, brought to where the ray passes the triangle where it is met nearly edge-on.
 
     There the plane's t may err by more than the triangle is long. The point met lies in the
-    triangle, so its t lies between the vertices' own.
+    triangle, so its t lies between the vertices' own, and while the ray is in the box around them.
     """
     slope = dot(d, N)
     if steeper(slope, _GRAZING, d, N):
@@ -91,10 +91,23 @@ def within_span(
     pairs = np.nonzero(inside & grazing & np.isfinite(t))
     if not len(pairs[0]):
         return t
-    ends = _ends(*_chosen(pairs, P0, d, a, b, c))
+    some = _chosen(pairs, P0, d, a, b, c)
+    ends = _ends(*some)
+    enters, leaves = _in_box(*some)
+    between = np.clip(t[pairs], ends.min(axis=0), ends.max(axis=0))
     result = t.copy()
-    result[pairs] = np.clip(t[pairs], ends.min(axis=0), ends.max(axis=0))
+    result[pairs] = np.maximum(np.minimum(between, leaves), enters)
     return result
+
+
+def _in_box(P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats) -> tuple[Floats, Floats]:
+    """t (k,) at which lines enter and leave the box around three vertices; once if they miss it."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # along the box
+        low = (np.minimum(np.minimum(a, b), c) - P0) / d
+        high = (np.maximum(np.maximum(a, b), c) - P0) / d
+    enters = np.fmax.reduce(np.fmin(low, high), axis=0)
+    leaves = np.fmin.reduce(np.fmax(low, high), axis=0)
+    return enters, np.maximum(enters, leaves)
 
 
 def _ends(P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
