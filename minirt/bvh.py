@@ -287,7 +287,9 @@ def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Inde
     b = (center @ d)[:, 0]
     if not one_point:
         ahead, size = beams.of(which, beams.toward_origin, beams.from_origin)
-        b = b + ahead
+        b += ahead
         LL = size * (1 - PAD) - 2.0 * (center @ P0)[:, 0] + LL
-    touched: Bools = ~(b * b < aa * LL)
-    return touched
+    b *= b
+    missed: Bools = b < aa * LL
+    np.logical_not(missed, out=missed)
+    return missed
