@@ -287,7 +287,7 @@ def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Inde
     b = (center @ d)[:, 0]
     if not one_point:
         ahead, size = beams.of(which, beams.toward_origin, beams.from_origin)
-        b += ahead
+        b = b + ahead
         LL = size * (1 - PAD) - 2.0 * (center @ P0)[:, 0] + LL
     b *= b
     missed: Bools = b < aa * LL
