@@ -7,7 +7,9 @@ triangle holds the circle of radius δ: a straight edge within δ of the ray is 
 three, whatever its direction. What moves in proportion moves most at one of the triangle's corners,
 the start's own part included: the largest of the three movements holds every movement within δ.
 Where only first hits are asked for, it is the six corners of a hexagon, 2/√3·δ away: fewer pixels
-are near an edge then.
+are near an edge then. A ray that leaves a point is moved to the side that the point was moved to,
+mirrored or turned as the ray is, so that the two add up; behind a second mirror they may not.
+
 Where δ grows with the distance, primary rays are also tilted, to the same side. Facets are tilted
 by what the rounding of their vertices can turn them, and the cosine of a refracted ray errs by the
 rounding of its square. Where other surfaces lie within the error of the first (coplanar or touching
@@ -15,7 +17,7 @@ ones), the other renderer may well see any of them, and no answer is given that 
 
 A polygon whose vertices are off its plane adds to δ by how far they are: which plane is met there
 is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'
-error can turn it may or may not shade itself: it counts as doing what the exact answer does not.
+error can turn it may or may not shade itself: the traces never agree on that.
 
 A discrete quantity is certain where all of them agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
@@ -283,8 +285,8 @@ class Displaced(Whitted):
         rounding = self.declared.angle / 8.0 * (1.0 + (nu / nu_t) ** 2)
         square = cosine**2 + (rounding if self.k % 2 == 0 else -rounding)
         moved = np.copysign(np.sqrt(np.maximum(square, 0.0)), cosine)
-        turned: Floats = exact + (moved - cosine) * s
-        return turned
+        bent: Floats = exact + (moved - cosine) * s
+        return bent
 
     def primary_origin(self, d: Floats) -> Floats:
         """The observer, moved sideways."""
@@ -325,8 +327,8 @@ class Displaced(Whitted):
         """
         dark = super().shadow(points)
         slope = np.abs(dot(points.normal, unit(self.to_light)))
-        turned = _facet_tilt(points.hits, self.geometry, self.levers, self.declared)
-        return np.where((slope > 0) & (slope < turned), self.k % 2 == 0, dark)
+        tilt = _facet_tilt(points.hits, self.geometry, self.levers, self.declared)
+        return np.where((slope > 0) & (slope < tilt), self.k % 2 == 0, dark)
 
     def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
         """The first hits; of no object, but with their t, where another may be met instead."""
@@ -432,8 +434,8 @@ def carried(points: Points, direction: Floats, k: int) -> Floats:
     share = np.divide(
         back * dot(direction, aside), apart, where=apart > 2.0**-40, out=np.zeros_like(apart)
     )
-    turned_on: Floats = aside + share * (delta - back * direction)
-    return turned_on
+    onward: Floats = aside + share * (delta - back * direction)
+    return onward
 
 
 def _facet_tilt(hits: Hits, geometry: Geometry, levers: PerSurface, declared: Declared) -> Floats:
