@@ -31,7 +31,7 @@ scenes = ["{SCENE}.json"]
 zero = 0.5
 may_claim = ["float32"]
 hidden = {{ seed = 7, share = 0.5 }}
-limits = {{ seconds = 15, build_seconds = 30 }}
+limits = {{ seconds = 10, build_seconds = 30 }}
 [[part]]
 name = "everything"
 points = 10
@@ -122,7 +122,7 @@ def test_no_page_of_a_student_holds_a_hidden_scene(record: ClassRecord, folder: 
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("hanging", "no answer within 15 s"), ("crashing", "SIGABRT"), ("linking", "symbolic link")],
+    [("hanging", "no answer within 10 s"), ("crashing", "SIGABRT"), ("linking", "symbolic link")],
 )
 def test_a_hostile_program_costs_its_own_marks(name: str, words: str, record: ClassRecord) -> None:
     found = student(record, name)

@@ -39,7 +39,7 @@ def results() -> tuple[SceneResult, ...]:
         WrongSize(), CannotSay(), Missing(), Raising(),
     )  # fmt: skip
     scenes = [small_scene("first"), small_scene("second")]
-    return tuple(verify(scenes, references, 2, sizes, timeout=10.0))
+    return tuple(verify(scenes, references, 2, sizes, timeout=6.0))
 
 
 def answer(scene: int, name: str) -> ReferenceResult:
@@ -67,7 +67,7 @@ def test_scenes_and_references_keep_their_order() -> None:
 @pytest.mark.parametrize(
     ("name", "expected", "reason"),
     [
-        ("hanging", "timed out", "no answer within 10 s"),
+        ("hanging", "timed out", "no answer within 6 s"),
         ("raising", "crashed", "ZeroDivisionError: the light is off"),
         ("missing", "missing", "not installed: pip install <nothing>"),
         ("cannot", "not supported", "its pixels are round"),
