@@ -115,12 +115,6 @@ class Beams:
         return np.sqrt(self.squared)
 
     @cached_property
-    def rows(self) -> tuple[Floats, Floats]:
-        """P0 and d (3, b) of single rays."""
-        P0, d = (np.ascontiguousarray(v[:, :, 0].T) for v in (self.P0, self.d))
-        return P0, d
-
-    @cached_property
     def table(self) -> Floats:
         """P0, d, t0 and ‖d‖ of single rays, (b, 8)."""
         table = np.empty((len(self), 8))

@@ -77,14 +77,15 @@ class Slabs(Bounds):
     def __init__(
         self, beams: Beams, center: Floats, size: float, pad: float, kind: type[np.floating[Any]]
     ) -> None:
-        P0, d = beams.rows
+        numbers = beams.table.T.copy()
+        P0, d, t0 = numbers[:3], numbers[3:6], numbers[6]
         speed = np.abs(d).max(axis=0)
         P = np.copysign(1.0, d) * (P0 - center) / size
         edge = 1.0 + _MARGIN + pad / size
         with np.errstate(all="ignore"):  # without a direction: all boxes are missed
             along = np.abs(d) / speed
             inverse = np.minimum(1.0 / along, _NEVER)
-            begin = np.maximum(((-edge - P) * inverse).max(axis=0), beams.t0[:, 0] * speed / size)
+            begin = np.maximum(((-edge - P) * inverse).max(axis=0), t0 * speed / size)
             enters = begin <= ((edge - P) * inverse).min(axis=0)
             entry = P + begin * along
         entry[:, ~enters] = 0.0

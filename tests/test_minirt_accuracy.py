@@ -18,6 +18,7 @@ import pytest
 from mpmath import mp, mpf
 
 import minirt
+from minirt.rules import SLIDES
 from minirt.shapes.plane import edge_normal
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Floats
@@ -393,3 +394,33 @@ def test_edge_normal_is_correct_to_an_ulp() -> None:
                 )
                 ran += 1
     assert ran == 4 * 3 * COUNT
+
+
+@pytest.mark.parametrize("tilt", [1.0, 1e-3, 1e-14, 0.0])
+def test_what_many_rays_share_changes_no_bit(tilt: float) -> None:
+    """One origin, one plane: whatever is looked at once for all is as if looked at for each."""
+    rng = np.random.default_rng(7)
+    n = 4000
+    x, y = np.array([-3.0, 1e4, 2, -2, -2.5]), np.array([-1.0, -2, 1e4, 4, -0.9])
+    a, b, c, e, P0 = np.stack((x, y, 0.3 * x - 0.2 * y), axis=1)[:, :, None]
+    P0[2] += 4.0 * tilt
+    shares = rng.dirichlet((0.3, 0.3, 0.3), n).T * 10.0 ** rng.uniform(-6, 0, n)
+    target = a + shares[1] * (b - a) + shares[2] * (c - a) - 0.01 * (rng.random(n) < 0.2)
+    d = (target - P0) * 10.0 ** rng.uniform(-2, 2, n)
+    each = np.ascontiguousarray(np.broadcast_to(P0, d.shape))
+    own = [np.ascontiguousarray(np.broadcast_to(v, d.shape)) for v in (a, b, c)]
+    N = edge_normal(a, b, c)
+    shared = SLIDES.triangle(P0, d, a, b, c, N)
+    alone = SLIDES.triangle(each, d, *own, np.ascontiguousarray(np.broadcast_to(N, d.shape)))
+    for one, other in zip(shared, alone, strict=True):
+        assert one.tobytes() == other.tobytes()
+    fan = [np.stack(pair, axis=1) for pair in ((a, a), (b, c), (c, e))]
+    normals = np.stack([edge_normal(*(v[:, k] for v in fan)) for k in (0, 1)], axis=1)
+    p = normals.sum(axis=1)
+    rules = SLIDES.plane, SLIDES.triangle
+    shared_polygon = SLIDES.polygon(P0, d, fan, normals, p, *rules)
+    fans = [np.repeat(v, n, axis=2) for v in (*fan, normals)]
+    alone_polygon = SLIDES.polygon(each, d, fans[:3], fans[3], np.repeat(p, n, axis=1), *rules)
+    for one, other in zip(shared_polygon, alone_polygon, strict=True):
+        assert one.tobytes() == other.tobytes()
+    assert (shared.case == Meeting.INSIDE).sum() > (500 if tilt else -1)

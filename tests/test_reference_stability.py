@@ -17,9 +17,10 @@ from minirt.scene import Facets, Scene
 from minirt.vectors import Floats, dot, norm
 from minirt.whitted import Points, Whitted
 from reference.compare import compare
+from reference.displaced import perpendicular, sideways
 from reference.renderers.embree import EmbreeReference
 from reference.source import AlongRay, Declared, NormalOffset
-from reference.stability import measure, perpendicular, sideways
+from reference.stability import measure
 
 U32 = 2.0**-24
 
