@@ -412,15 +412,18 @@ def test_what_many_rays_share_changes_no_bit(tilt: float) -> None:
     N = edge_normal(a, b, c)
     shared = SLIDES.triangle(P0, d, a, b, c, N)
     alone = SLIDES.triangle(each, d, *own, np.ascontiguousarray(np.broadcast_to(N, d.shape)))
-    for one, other in zip(shared, alone, strict=True):
-        assert one.tobytes() == other.tobytes()
-    fan = [np.stack(pair, axis=1) for pair in ((a, a), (b, c), (c, e))]
+    for name in shared._fields:
+        assert getattr(shared, name).tobytes() == getattr(alone, name).tobytes(), name
+    fan = (np.stack((a, a), axis=1), np.stack((b, c), axis=1), np.stack((c, e), axis=1))
     normals = np.stack([edge_normal(*(v[:, k] for v in fan)) for k in (0, 1)], axis=1)
     p = normals.sum(axis=1)
     rules = SLIDES.plane, SLIDES.triangle
     shared_polygon = SLIDES.polygon(P0, d, fan, normals, p, *rules)
-    fans = [np.repeat(v, n, axis=2) for v in (*fan, normals)]
-    alone_polygon = SLIDES.polygon(each, d, fans[:3], fans[3], np.repeat(p, n, axis=1), *rules)
-    for one, other in zip(shared_polygon, alone_polygon, strict=True):
-        assert one.tobytes() == other.tobytes()
+    of_each = tuple(np.repeat(v, n, axis=2) for v in fan)
+    alone_polygon = SLIDES.polygon(
+        each, d, of_each, np.repeat(normals, n, axis=2), np.repeat(p, n, axis=1), *rules
+    )
+    for name in shared_polygon._fields:
+        one, other = getattr(shared_polygon, name), getattr(alone_polygon, name)
+        assert one.tobytes() == other.tobytes(), name
     assert (shared.case == Meeting.INSIDE).sum() > (500 if tilt else -1)
