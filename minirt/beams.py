@@ -62,11 +62,56 @@ class Rays:
             first, size = first[first < n], size // parts
         return found
 
+    @cached_property
+    def blocks(self) -> Blocks:
+        """All of them, in blocks."""
+        return Blocks(self)
+
     def crowds(self, size: int) -> Iterator[Beams]:
         """All of them in single beams of up to so many, which nothing bounds."""
         n = self.P0.shape[1]
         for first in range(0, n, size):
             yield Beams(self, np.array([first]), min(size, n - first))
+
+
+class Blocks:
+    """b blocks of WHOLE consecutive rays, each as its middle one, and how far the others stray.
+
+    Whatever is not finite is nowhere: told of such a block, no comparison holds.
+
+    Attributes
+    ----------
+    P0, d : (3, b) float64
+        The middle rays; (3, 1) where all rays have the same.
+    aside, turn : (b,) or (1,) float64
+        The largest ‖difference‖ of any ray's P0 and d from that.
+    squared : (b,) or (1,) float64
+        ‖d‖² of the middle rays.
+    slowest, fastest : (b,) or (1,) float64
+        Bounds of ‖d‖ of all rays.
+    """
+
+    def __init__(self, rays: Rays) -> None:
+        self._first = np.arange(0, rays.P0.shape[1], WHOLE)
+        self.P0, self.aside = self._middle(rays.P0)
+        self.d, self.turn = self._middle(rays.d)
+        self.squared = (self.d * self.d).sum(axis=0)
+        length = np.sqrt(self.squared)
+        self.slowest = length * (1 - PAD) - self.turn
+        self.fastest = length * (1 + PAD) + self.turn
+
+    def _middle(self, vectors: Floats) -> tuple[Floats, Floats]:
+        if vectors.strides[1] == 0:
+            return vectors[:, :1], np.zeros(1)
+        low, high = (f.reduceat(vectors, self._first, axis=1) for f in (np.minimum, np.maximum))
+        middle, half = (low + high) / 2, (high - low) / 2
+        stray = np.sqrt((half * half).sum(axis=0)) + PAD * np.abs(middle).max(axis=0)
+        return middle, stray * (1 + PAD)
+
+    def latest(self, limit: Floats) -> Floats:
+        """The largest limit (n,) of t in each block, and a little more, (b,)."""
+        t: Floats = np.maximum.reduceat(limit, self._first)
+        return t + PAD * np.abs(t)
 
 
 class Beams:
@@ -87,10 +132,13 @@ class Beams:
     P0, d : (b, 3, s) float64
     t0 : (b, s) float64
         A last axis of 1 says that all rays have the same.
+    one_point : bool
+        Whether one P0 stands for all.
     """
 
     def __init__(self, rays: Rays, first: Index, size: int) -> None:
         self.size, self._rays, self._first = size, rays, first
+        self.one_point = rays.P0.strides[1] == 0
         self.index = np.minimum(first[:, None] + np.arange(size), rays.P0.shape[1] - 1)
         self.P0, self.d = _of(rays.P0, self.index), _of(rays.d, self.index)
         self.t0 = _of(rays.t0[None], self.index)[:, 0]
@@ -277,6 +325,7 @@ def _of(vectors: Floats, index: Index) -> Floats:
     """Vectors (k, n) of rays (b, s), as (b, k, s); as (b, k, 1) where all are one."""
     if vectors.strides[1] == 0:
         return np.broadcast_to(vectors[:, :1], (len(index), len(vectors), 1))
-    if len(index) == 1 and index[0, -1] - index[0, 0] == index.shape[1] - 1:
-        return vectors[None, :, index[0, 0] : index[0, -1] + 1]
+    first, last = index[0, 0], index[-1, -1]
+    if last - first == index.size - 1:  # one after another
+        return vectors[:, first : last + 1].reshape(-1, *index.shape).swapaxes(0, 1)
     return np.ascontiguousarray(vectors.take(index, axis=1).transpose(1, 0, 2))

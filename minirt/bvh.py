@@ -1,9 +1,8 @@
 """Culling: which primitives a ray may meet. It never decides a hit and never changes a bit.
 
 A tree of bounding boxes, eight children a node, is walked level by level by beams: consecutive
-rays that are bounded together. Whatever a beam may meet is then sifted ray by ray. Boxes are
-padded beyond any rounding error of the boxes, the rays and the kernels, so that whatever a kernel
-accepts is offered to it.
+rays that are bounded together. Boxes are padded beyond any rounding error of the boxes, the rays
+and the kernels, so that whatever a kernel accepts is offered to it.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 
 from minirt.beams import PAD, PARTS, Beams, Bounds, Measures
 from minirt.slabs import Slabs, precision
-from minirt.vectors import Bools, Floats, Index, divided, dot, take
+from minirt.vectors import Bools, Floats, Index, divided
 
 _WIDTH = 8
 #: Nodes of one level that a beam may meet before it is divided.
@@ -26,8 +25,6 @@ _CROWD = 24
 _MANY = 65_536
 #: The least size of a tree, so that no coordinate overflows in units of it.
 _TINY = 2.0**-500
-#: Sine of the angle below which a plane's crossing is not trusted to cull.
-GRAZING = 2.0**-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,97 +196,3 @@ class _Open:
         parts = (place[:, None] * PARTS + np.arange(PARTS)).ravel()
         finer = self.sight.divided(np.flatnonzero(crowded))
         return _Open(finer, self.level, parts, np.repeat(self.nodes[some], PARTS))
-
-
-def may_cross(
-    patches: Floats, beams: Beams, which: Index, primitives: Index, pad: float, limit: Floats
-) -> Bools:
-    """Whether rays of beams, up to t = limit (n,), may meet flat primitives, pair by pair.
-
-    The sides and the interval are grown by a pad. The crossings come from matrix products, which
-    round as they like: some 2⁻⁴⁴ of the largest coordinate in play at the angles where culling is
-    done, less than the pad, unless the plane is met at a small angle; there the answer is yes.
-
-    Parameters
-    ----------
-    patches : (m, 1 + e, 4) float64
-        Of each primitive, the unit normal N of its plane X·N = offset, and the offset; and of its
-        sides unit vectors along the plane, inward, of which X·side is no less than the fourth
-        number in the primitive; zero where a side is not told.
-    beams : Beams
-    which, primitives : (p,) intp
-
-    Returns
-    -------
-    (p, s) bool
-    """
-    planes = patches.take(primitives, axis=0)
-    if beams.size == 1:
-        return _may_cross_singly(planes, beams, which, pad, limit)
-    P0, d, length, t0, index = beams.of(
-        which, beams.P0, beams.d, beams.length, beams.t0, beams.index
-    )
-    along, ahead = planes[:, :, :3] @ d, planes[:, :, 3:] - planes[:, :, :3] @ P0
-    steep = np.abs(along[:, 0]) > GRAZING * length
-    t = ahead[:, 0] / np.where(steep, along[:, 0], 1.0)
-    slack = pad / length
-    within: Bools = (t >= t0 - slack) & (t <= limit[index] + slack)
-    ahead -= pad
-    for k in range(1, planes.shape[1]):
-        within &= t * along[:, k] >= ahead[:, k]
-    within |= ~steep
-    return within
-
-
-def _may_cross_singly(
-    planes: Floats, beams: Beams, which: Index, pad: float, limit: Floats
-) -> Bools:
-    """`may_cross` for beams of one ray, (p, 1): products with one column each cost too much."""
-    numbers = beams.table.take(which, axis=0).T
-    P0, d, t0, length = numbers[:3], numbers[3:6], numbers[6], numbers[7]
-    N, offset = planes[:, 0, :3].T, planes[:, 0, 3]
-    slope = dot(N, d)
-    steep = np.abs(slope) > GRAZING * length
-    t = (offset - dot(N, P0)) / np.where(steep, slope, 1.0)
-    slack, latest = pad / length, limit.take(beams.index[:, 0].take(which))
-    within: Bools = (t >= t0 - slack) & (t <= latest + slack)
-    for k in range(1, planes.shape[1]):
-        side = planes[:, k, :3].T
-        within &= t * dot(side, d) >= planes[:, k, 3] - pad - dot(side, P0)
-    within |= ~steep
-    return within[:, None]
-
-
-def may_touch(C: Floats, R: Floats, beams: Beams, which: Index, primitives: Index) -> Bools:
-    """Whether the lines of rays of beams may meet spheres, pair by pair.
-
-    Δ ≥ 0 by products that round as they like. Their terms are at most (‖P0‖ + ‖C‖)² and R², or
-    ‖C − P0‖² and R² where all rays leave one point, and err by some ten roundings; the pad is a
-    thousand times that.
-
-    Parameters
-    ----------
-    C : (3, m) float64
-    R : (m,) float64
-    beams : Beams
-    which, primitives : (p,) intp
-
-    Returns
-    -------
-    (p, s) bool
-    """
-    P0, d, aa = beams.of(which, beams.P0, beams.d, beams.squared)
-    center, radius = take(C, primitives).T[:, None], R[primitives, None]
-    one_point = len(beams) == 1 and P0.shape[2] == 1
-    if one_point:
-        center = center - P0[:, None, :, 0]
-    LL = (center * center).sum(axis=2) * (1 - PAD) - radius * radius * (1 + PAD)
-    b = (center @ d)[:, 0]
-    if not one_point:
-        ahead, size = beams.of(which, beams.toward_origin, beams.from_origin)
-        b = b + ahead
-        LL = size * (1 - PAD) - 2.0 * (center @ P0)[:, 0] + LL
-    b *= b
-    missed: Bools = b < aa * LL
-    np.logical_not(missed, out=missed)
-    return missed

@@ -70,7 +70,7 @@ class Triangles:
 
     @cached_property
     def patches(self) -> Floats:
-        """Their planes, within their edges, (m, 4, 4): see `may_cross`."""
+        """Their planes, within their edges, (m, 4, 4): see `minirt.sieves.Flat`."""
         N = _unit_or_zero(self.N)
         patches = np.empty((N.shape[1], 4, 4))
         patches[:, 0, :3], patches[:, 0, 3] = N.T, dot(self.a, N)
@@ -172,7 +172,7 @@ class Geometry:
 
     @cached_property
     def polygon_patches(self) -> Floats:
-        """The polygons' planes, within their boxes, (m, 5, 4): see `may_cross`."""
+        """The polygons' planes, within their boxes, (m, 5, 4): see `minirt.sieves.Flat`."""
         lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
         facets = [polygon.facets for polygon in self.polygons]
         N = _unit_or_zero(np.concatenate([each.plane for each in facets], axis=1))

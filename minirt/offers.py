@@ -2,32 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import cached_property, partial
+from collections.abc import Iterator
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 
-from minirt.beams import PAD, Beams, Rays
-from minirt.bvh import Tree, may_cross, may_touch, visit
+from minirt.beams import PAD, WHOLE, Beams, Rays
+from minirt.bvh import Tree, visit
 from minirt.geometry import Geometry, Spheres, Triangles
 from minirt.picture import Picture
 from minirt.raster import Drawing
-from minirt.vectors import Bools, Floats, Index, divided
+from minirt.sieves import Flat, Round, Sieve
+from minirt.vectors import Floats, Index, divided
 
 #: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes; and pairs of
 #: single rays, each of which fetches its primitive's numbers.
-_PAIRS, _SINGLE = 65_536, 8_192
+_PAIRS, _SINGLE = 16_384, 8_192
 #: Primitives of a kind that are not worth a tree, and rays that they are offered to together.
 _FEW, _CROWD = 32, 16_384
+#: Share of the pairs of blocks and primitives that may meet below which blocks are told apart.
+_SPARSE = 0.5
 
 #: Share of the usual group's radius within which origins are one point.
 _POINT = 2.0**-7
 
 #: Pairs (p,) of a ray and a primitive, by number.
 Pairs: TypeAlias = tuple[Index, Index]
-#: Of beams, numbers of beams and of primitives: whether each ray may meet them, (p, s).
-_Sieve: TypeAlias = Callable[[Beams, Index, Index], Bools]
 
 
 class Offers:
@@ -46,20 +47,21 @@ class Offers:
     def polygons(self, geometry: Geometry) -> Iterator[Pairs]:
         """Pairs of a ray and a polygon."""
         tree = geometry.polygon_tree
-        sieve = self._flat(lambda: geometry.polygon_patches, tree)
+        sieve = Flat(lambda: geometry.polygon_patches, self._pad(tree), self._limit)
         yield from self._any(len(geometry.polygons), tree, sieve)
 
     def spheres(self, spheres: Spheres) -> Iterator[Pairs]:
         """Pairs of a ray and a sphere."""
-        sieve = partial(may_touch, spheres.center, spheres.radius)
+        pad = self._pad(spheres.tree)
+        sieve = Round(spheres.center, spheres.radius, pad, self._limit)
         yield from self._drawn(spheres, len(spheres.radius), sieve)
 
     def triangles(self, triangles: Triangles) -> Iterator[Pairs]:
         """Pairs of a ray and a triangle."""
-        sieve = self._flat(lambda: triangles.patches, triangles.tree)
+        sieve = Flat(lambda: triangles.patches, self._pad(triangles.tree), self._limit)
         yield from self._drawn(triangles, len(triangles.object), sieve)
 
-    def _drawn(self, kind: Spheres | Triangles, m: int, sieve: _Sieve) -> Iterator[Pairs]:
+    def _drawn(self, kind: Spheres | Triangles, m: int, sieve: Sieve) -> Iterator[Pairs]:
         """All m of a kind, drawn over the rays' picture if they have one and it pays."""
         picture = self._picture(kind) if m > _FEW else None
         drawing = None if picture is None else Drawing(picture, kind.groups)
@@ -91,36 +93,33 @@ class Offers:
         """What primitives and their boxes grow by."""
         return PAD * max(tree.reach, self._magnitude)
 
-    def _flat(self, patches: Callable[[], Floats], tree: Tree) -> _Sieve:
-        """The sieve of flat primitives, whose patches are only asked for when it is used."""
-        pad = self._pad(tree)
-        return lambda beams, which, primitives: may_cross(
-            patches(), beams, which, primitives, pad, self._limit
-        )
-
-    def _any(self, m: int, tree: Tree, sieve: _Sieve) -> Iterator[Pairs]:
+    def _any(self, m: int, tree: Tree, sieve: Sieve) -> Iterator[Pairs]:
         """All m of a kind, by their tree if they are many."""
         if m <= _FEW:
             return self._few(np.arange(m), sieve)
         return self._sifted(visit(tree, self._rays.beams, self._limit, self._pad(tree)), sieve)
 
-    def _few(self, primitives: Index, sieve: _Sieve) -> Iterator[Pairs]:
-        """Few primitives, offered to crowds of rays."""
+    def _few(self, primitives: Index, sieve: Sieve) -> Iterator[Pairs]:
+        """Few primitives: offered block by block, or to crowds of rays where most blocks meet."""
         if not len(primitives):
             return iter(())
+        rays = self._rays
+        meet = sieve.blocks(rays.blocks, primitives)
+        if meet.mean() <= _SPARSE:
+            which, some = np.nonzero(meet.T)
+            beams = Beams(rays, np.arange(0, len(self._limit), WHOLE), WHOLE)
+            return self._sifted(iter([(beams, which, primitives.take(some))]), sieve)
         of_one = np.zeros(len(primitives), dtype=np.intp)
-        crowds = ((crowd, of_one, primitives) for crowd in self._rays.crowds(_CROWD))
+        crowds = ((crowd, of_one, primitives) for crowd in rays.crowds(_CROWD))
         return self._sifted(crowds, sieve)
 
-    def _sifted(
-        self, pairs: Iterator[tuple[Beams, Index, Index]], sieve: _Sieve
-    ) -> Iterator[Pairs]:
+    def _sifted(self, pairs: Iterator[tuple[Beams, Index, Index]], sieve: Sieve) -> Iterator[Pairs]:
         """Of beams and the primitives that they may meet, rays and those that they may."""
         for beams, which, primitives in pairs:
             step = max(1, _PAIRS // beams.size) if beams.size > 1 else _SINGLE
             for start in range(0, len(which), step):
                 some = slice(start, start + step)
-                may_meet = sieve(beams, which[some], primitives[some])
+                may_meet = sieve.rays(beams, which[some], primitives[some])
                 offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), beams.size)))
                 pair, at = divided(offered, beams.size)
                 yield beams.numbers(which[some].take(pair), at), primitives[some].take(pair)

@@ -14,8 +14,9 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.bvh import GRAZING, Tree
+from minirt.bvh import Tree
 from minirt.picture import NOTHING, Picture
+from minirt.sieves import GRAZING
 from minirt.vectors import Floats, Index, norm, take
 
 #: Primitives a ray that are worth drawing.

@@ -12,8 +12,9 @@ from minirt.bvh import visit
 from minirt.every_hit import every_hit
 from minirt.geometry import Geometry
 from minirt.rules import SLIDES
+from minirt.sieves import Flat, Round
 from minirt.trace import Hits, nearest, nearest_two, occluded
-from minirt.vectors import Floats
+from minirt.vectors import Floats, unit
 
 
 def _moved(objects: Objects, by: Floats) -> Objects:
@@ -195,3 +196,47 @@ def test_hits_of_no_ray_keep_their_shape() -> None:
     none = nearest(geometry, SLIDES, np.zeros((3, 0)), np.zeros((3, 0)), 0.0)
     assert isinstance(none, Hits)
     assert none.t.shape == none.object.shape == (0,)
+
+
+def _blocks(rng: np.random.Generator, objects: Objects, one_point: bool) -> Rays:
+    """Blocks of rays, each of which keeps to some outline as closely as it likes."""
+    ends = [
+        np.atleast_2d(thing["center" if "center" in thing else "vertices"]) for thing in objects
+    ]
+    radii = [thing.get("radius", 0.0) for thing in objects]
+    away = [unit(rng.normal(size=(3, 1)))[:, 0] * radius for radius in radii]
+    outline = np.concatenate([end + out for end, out in zip(ends, away, strict=True)])
+    b = 60
+    wide = 10.0 ** rng.uniform(-14, 0, (2, b, 1, 1))
+    aim = outline[rng.integers(0, len(outline), b), None]
+    aim = aim + wide[0] * rng.normal(size=(b, 64, 3))
+    start = rng.uniform(-3, 3, (1 if one_point else b, 1, 3))
+    if not one_point:
+        start = start + wide[1] * rng.normal(size=(b, 64, 3))
+    start = np.broadcast_to(start, aim.shape)
+    P0, d = start.reshape(-1, 3).T, (aim - start).reshape(-1, 3).T
+    return Rays(np.broadcast_to(P0[:, :1], P0.shape) if one_point else P0, d, np.zeros(b * 64))
+
+
+@pytest.mark.parametrize("one_point", [True, False])
+@pytest.mark.parametrize("family", FAMILIES)
+def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
+    family: str, one_point: bool
+) -> None:
+    rng = np.random.default_rng(28)
+    objects = FAMILIES[family](rng)
+    few = [objects[k] for k in rng.permutation(len(objects))[:12]]
+    geometry, rays = Geometry.of(scene_with(few)), _blocks(rng, few, one_point)
+    spheres, limit = geometry.spheres, np.full(rays.t0.shape, 1e9)
+    for sieve, m in (
+        (Round(spheres.center, spheres.radius, 1e-9, limit), len(spheres.radius)),
+        (Flat(lambda: geometry.triangles.patches, 1e-9, limit), len(geometry.triangles.object)),
+    ):
+        assert m < 4 or sieve.blocks(rays.blocks, np.arange(m)).mean() < 0.9
+    for t1 in (np.inf, 1.0):
+        culled, asked = (
+            nearest(geometry, rules, rays.P0, rays.d, 0.0, t1) for rules in (SLIDES, BRUTE)
+        )
+        for name, values in vars(culled).items():
+            assert values.tobytes() == vars(asked)[name].tobytes(), name
+        assert (culled.object >= 0).mean() > 0.05
