@@ -106,7 +106,7 @@ class Offers:
         rays = self._rays
         meet = sieve.blocks(rays.blocks, primitives)
         if meet.mean() <= _SPARSE:
-            which, some = np.nonzero(meet.T)
+            some, which = np.nonzero(meet)
             beams = Beams(rays, np.arange(0, len(self._limit), WHOLE), WHOLE)
             return self._sifted(iter([(beams, which, primitives.take(some))]), sieve)
         of_one = np.zeros(len(primitives), dtype=np.intp)
