@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 from typing import Any
@@ -57,7 +58,7 @@ def draw(whole: PyrenderScene) -> tuple[Ints, Floats, str]:
         color, depth = renderer.render(world, pyrender.RenderFlags.SEG, colors)
         driver = gl.glGetString(gl.GL_RENDERER).decode()
     finally:
-        renderer.delete()
+        _close(renderer)
     return object_numbers(color), depth.astype(np.float64) / whole.scale, driver
 
 
@@ -77,6 +78,19 @@ def window(pyrender: Any, screen: VirtualScreen) -> Any:
             got=type(error).__name__ + ": " + " ".join(str(error).split())[:200],
             expected=f"a driver: {PACKAGES}",
         ) from None
+
+
+def _close(renderer: Any) -> None:
+    """Let go of OpenGL.
+
+    pyrender has Python look for garbage then, among all that a long-lived process has loaded: a
+    tenth of a second each time. What is frozen is not looked at; Python looks again by itself.
+    """
+    gc.freeze()
+    try:
+        renderer.delete()
+    finally:
+        gc.unfreeze()
 
 
 def build(pyrender: Any, whole: PyrenderScene) -> tuple[Any, dict[Any, tuple[int, int, int]]]:
