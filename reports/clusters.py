@@ -147,10 +147,8 @@ def spread(ratio: Floats, error: Floats) -> Spread:
     ratio, error : (ny, nx) float64
         The ratio is NaN where it was not judged.
     """
-    bands = np.where(np.isnan(ratio), len(BANDS), band_of(np.nan_to_num(ratio, posinf=np.inf)))
-    most = np.full(len(BANDS) + 1, -1.0)
-    np.maximum.at(most, bands, error)
+    bands = np.where(np.isnan(ratio), len(BANDS), band_of(ratio))
+    each = (error[bands == k] for k in range(len(BANDS) + 1))
+    most = [float(some.max()) if len(some) else None for some in each]
     counts = np.bincount(bands.ravel(), minlength=len(BANDS) + 1)
-    return Spread(
-        tuple(counts.tolist()), tuple(value if value >= 0 else None for value in most.tolist())
-    )
+    return Spread(tuple(counts.tolist()), tuple(most))

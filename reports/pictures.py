@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
+from functools import lru_cache, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,9 +126,11 @@ def ratio_png(ratio: Floats, factor: int = 1) -> bytes:
         NaN where uncertain.
     factor : int
     """
-    wrong = _pooled(ratio > 1, factor)
-    uncertain = _pooled(np.isnan(ratio), factor) & ~wrong
-    index = band_of(_pooled(np.nan_to_num(ratio, nan=0.0, posinf=np.inf), factor))
+    unjudged = np.isnan(ratio)
+    worst = _pooled(np.where(unjudged, 0.0, ratio), factor)
+    wrong = worst > 1
+    uncertain = _pooled(unjudged, factor) & ~wrong
+    index = band_of(worst)
     rows, columns = np.indices(index.shape)
     stripes = len(BANDS) + (rows + columns) // 2 % 2
     index = np.where(uncertain, stripes, index)
@@ -155,9 +158,11 @@ def agreement_png(agree: NDArray[np.int64], differ: Bools, factor: int = 1) -> b
 
 def _pooled(array: Array, factor: int) -> Array:
     """The largest of each factor × factor block, the last ones of a row or column maybe smaller."""
-    ny, nx = array.shape
-    tall = np.maximum.reduceat(array, np.arange(0, ny, factor), axis=0)
-    return np.maximum.reduceat(tall, np.arange(0, nx, factor), axis=1)
+    for axis, side in enumerate(array.shape):
+        first = np.arange(0, side, factor)
+        each = (np.minimum(first + k, side - 1) for k in range(min(factor, side)))
+        array = reduce(np.maximum, (array.take(some, axis=axis) for some in each))
+    return array
 
 
 def _ring(wrong: Bools) -> Bools:
@@ -218,12 +223,15 @@ def _rgb(codes: Bytes, given: Bools) -> bytes:
 
 
 def _indexed(index: NDArray[np.integer], colors: Bytes) -> bytes:
-    image = Image.fromarray(index.astype(np.uint8))
-    image.putpalette(colors.tobytes())
-    return _png(image)
+    small = index.astype(np.uint8)
+    return _png(small.shape[1], small.shape[0], small.tobytes(), colors.tobytes())
 
 
-def _png(image: Image.Image) -> bytes:
+@lru_cache(maxsize=64)
+def _png(width: int, height: int, index: bytes, colors: bytes) -> bytes:
+    """A PNG file; many pictures of one scene are equal, as where references give one answer."""
+    image = Image.frombytes("P", (width, height), index)
+    image.putpalette(colors)
     stream = io.BytesIO()
     image.save(stream, "PNG", optimize=True)
     return stream.getvalue()
