@@ -97,7 +97,7 @@ class Blocks:
         self.d, self.turn = self._middle(rays.d)
         self.squared = (self.d * self.d).sum(axis=0)
         length = np.sqrt(self.squared)
-        self.slowest = length * (1 - PAD) - self.turn
+        self.slowest = np.maximum(length * (1 - PAD) - self.turn, 0.0)
         self.fastest = length * (1 + PAD) + self.turn
 
     def _middle(self, vectors: Floats) -> tuple[Floats, Floats]:
