@@ -77,7 +77,7 @@ class Rays:
 class Blocks:
     """b blocks of WHOLE consecutive rays, each as its middle one, and how far the others stray.
 
-    Whatever is not finite is nowhere: told of such a block, no comparison holds.
+    Where a ray is not finite, its block's numbers are NaN or +inf: nothing shows that it misses.
 
     Attributes
     ----------
@@ -101,6 +101,7 @@ class Blocks:
         self.fastest = length * (1 + PAD) + self.turn
 
     def _middle(self, vectors: Floats) -> tuple[Floats, Floats]:
+        """The middle (3, b) of each block's vectors (3, n), and how far from it they are, (b,)."""
         if vectors.strides[1] == 0:
             return vectors[:, :1], np.zeros(1)
         low, high = (f.reduceat(vectors, self._first, axis=1) for f in (np.minimum, np.maximum))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import TypeAlias
 
@@ -22,7 +22,7 @@ _PAIRS, _SINGLE = 16_384, 8_192
 #: Primitives of a kind that are not worth a tree, and rays that they are offered to together.
 _FEW, _CROWD = 32, 16_384
 #: Share of the pairs of blocks and primitives that may meet below which blocks are told apart.
-_SPARSE = 0.5
+_SPARSE = 0.25
 
 #: Share of the usual group's radius within which origins are one point.
 _POINT = 2.0**-7
@@ -52,8 +52,7 @@ class Offers:
 
     def spheres(self, spheres: Spheres) -> Iterator[Pairs]:
         """Pairs of a ray and a sphere."""
-        pad = self._pad(spheres.tree)
-        sieve = Round(spheres.center, spheres.radius, pad, self._limit)
+        sieve = Round(spheres.center, spheres.radius, self._limit)
         yield from self._drawn(spheres, len(spheres.radius), sieve)
 
     def triangles(self, triangles: Triangles) -> Iterator[Pairs]:
@@ -100,7 +99,7 @@ class Offers:
         return self._sifted(visit(tree, self._rays.beams, self._limit, self._pad(tree)), sieve)
 
     def _few(self, primitives: Index, sieve: Sieve) -> Iterator[Pairs]:
-        """Few primitives: offered block by block, or to crowds of rays where most blocks meet."""
+        """Few primitives: offered block by block, or to crowds of rays where many blocks meet."""
         if not len(primitives):
             return iter(())
         rays = self._rays
@@ -108,12 +107,12 @@ class Offers:
         if meet.mean() <= _SPARSE:
             some, which = np.nonzero(meet)
             beams = Beams(rays, np.arange(0, len(self._limit), WHOLE), WHOLE)
-            return self._sifted(iter([(beams, which, primitives.take(some))]), sieve)
+            return self._sifted([(beams, which, primitives.take(some))], sieve)
         of_one = np.zeros(len(primitives), dtype=np.intp)
         crowds = ((crowd, of_one, primitives) for crowd in rays.crowds(_CROWD))
         return self._sifted(crowds, sieve)
 
-    def _sifted(self, pairs: Iterator[tuple[Beams, Index, Index]], sieve: Sieve) -> Iterator[Pairs]:
+    def _sifted(self, pairs: Iterable[tuple[Beams, Index, Index]], sieve: Sieve) -> Iterator[Pairs]:
         """Of beams and the primitives that they may meet, rays and those that they may."""
         for beams, which, primitives in pairs:
             step = max(1, _PAIRS // beams.size) if beams.size > 1 else _SINGLE

@@ -15,7 +15,7 @@ GRAZING = 2.0**-8
 
 
 class Sieve(ABC):
-    """The primitives of a kind, grown by a pad, and rays up to t = limit (n,).
+    """The primitives of a kind, a little larger than they are, and rays up to t = limit (n,).
 
     The caller may lower the limit between two calls.
     """
@@ -36,15 +36,19 @@ class Sieve(ABC):
 
 
 class Round(Sieve):
-    """Spheres by their centres (3, m) and radii (m,)."""
+    """Spheres by their centres (3, m) and radii (m,): all depends on C − P0, as in the kernel."""
 
-    def __init__(self, center: Floats, radius: Floats, pad: float, limit: Floats) -> None:
-        self._center, self._radius, self._pad, self._limit = center, radius, pad, limit
+    def __init__(self, center: Floats, radius: Floats, limit: Floats) -> None:
+        self._center, self._radius, self._limit = center, radius, limit
 
     def blocks(self, blocks: Blocks, primitives: Index) -> Bools:
-        """A point at t = distance/‖d‖ of any ray is within aside + t·turn of the middle one's."""
+        """Whether the middle ray passes within R of the centre, grown by how far others stray.
+
+        At t they are within aside + t·turn of it, and they touch the sphere by t = distance/‖d‖,
+        of the farthest point of the sphere from the farthest origin.
+        """
         L = take(self._center, primitives)[:, :, None] - blocks.P0[:, None]
-        R = self._radius.take(primitives)[:, None] + self._pad + blocks.aside
+        R = self._radius.take(primitives)[:, None] + blocks.aside
         LL, b = dot(L, L), dot(L, blocks.d[:, None])
         away = np.sqrt(LL)
         with np.errstate(all="ignore"):  # not together
@@ -77,7 +81,7 @@ class Round(Sieve):
 
 
 class Flat(Sieve):
-    """Flat primitives by their planes and sides.
+    """Flat primitives by their planes and sides, grown by a pad.
 
     Parameters
     ----------
@@ -92,7 +96,10 @@ class Flat(Sieve):
         self._patches, self._pad, self._limit = patches, pad, limit
 
     def blocks(self, blocks: Blocks, primitives: Index) -> Bools:
-        """The crossings of all of a block's rays by intervals, unless some graze the plane."""
+        """Intervals that hold what `rays` computes of each ray, unless some graze the plane.
+
+        Crossings behind the origin, up to the pad, are taken to be there: the pad counts twice.
+        """
         planes = self._patches().take(primitives, axis=0)
         along = planes[:, :, :3] @ blocks.d
         ahead = planes[:, :, 3:] - planes[:, :, :3] @ blocks.P0

@@ -198,38 +198,48 @@ def test_hits_of_no_ray_keep_their_shape() -> None:
     assert none.t.shape == none.object.shape == (0,)
 
 
-def _blocks(rng: np.random.Generator, objects: Objects, one_point: bool) -> Rays:
-    """Blocks of rays, each of which keeps to some outline as closely as it likes."""
-    ends = [
-        np.atleast_2d(thing["center" if "center" in thing else "vertices"]) for thing in objects
-    ]
-    radii = [thing.get("radius", 0.0) for thing in objects]
-    away = [unit(rng.normal(size=(3, 1)))[:, 0] * radius for radius in radii]
-    outline = np.concatenate([end + out for end, out in zip(ends, away, strict=True)])
+def _blocks(rng: np.random.Generator, objects: Objects, kind: str) -> Rays:
+    """Blocks of rays, each of which keeps to some outline as closely as it likes.
+
+    Every third one's origins are in the plane of what it keeps to, or nearly.
+    """
+    points, partners = [], []
+    for thing in objects:
+        vertices = np.atleast_2d(thing["center" if "center" in thing else "vertices"])
+        away = unit(rng.normal(size=(3, 1)))[:, 0] * thing.get("radius", 0.0)
+        points.append(vertices + away)
+        partners.append(np.roll(vertices, 1, axis=0) - away)
     b = 60
-    wide = 10.0 ** rng.uniform(-14, 0, (2, b, 1, 1))
-    aim = outline[rng.integers(0, len(outline), b), None]
-    aim = aim + wide[0] * rng.normal(size=(b, 64, 3))
-    start = rng.uniform(-3, 3, (1 if one_point else b, 1, 3))
-    if not one_point:
-        start = start + wide[1] * rng.normal(size=(b, 64, 3))
-    start = np.broadcast_to(start, aim.shape)
-    P0, d = start.reshape(-1, 3).T, (aim - start).reshape(-1, 3).T
-    return Rays(np.broadcast_to(P0[:, :1], P0.shape) if one_point else P0, d, np.zeros(b * 64))
+    some = rng.integers(0, sum(map(len, points)), b)
+    aim, other = np.concatenate(points)[some, None], np.concatenate(partners)[some, None]
+    start = aim + rng.uniform(-3, 3, (b, 1, 3))
+    above = 10.0 ** rng.uniform(-14, -2, (b, 1, 1)) * rng.normal(size=(b, 1, 3))
+    start[::3] = (aim + 4.0 * (other - aim) + above)[::3]
+    near = 10.0 ** rng.uniform(-14, 0, (2, b, 1, 1)) * rng.normal(size=(2, b, 64, 3))
+    if kind == "one point":
+        start, aim = np.broadcast_to(start[1:2], near[0].shape), aim + near[1]
+    else:
+        start, aim = start + near[0], aim + (near[0] if kind == "parallel" else near[1])
+    P0, d = (x.reshape(-1, 3).T for x in (start, aim - start))
+    return Rays(
+        np.broadcast_to(P0[:, :1], P0.shape) if kind == "one point" else P0, d, np.zeros(b * 64)
+    )
 
 
-@pytest.mark.parametrize("one_point", [True, False])
+@pytest.mark.parametrize("far", [0.0, 1e5])
+@pytest.mark.parametrize("kind", ["one point", "own points", "parallel"])
 @pytest.mark.parametrize("family", FAMILIES)
 def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
-    family: str, one_point: bool
+    family: str, kind: str, far: float
 ) -> None:
     rng = np.random.default_rng(28)
     objects = FAMILIES[family](rng)
     few = [objects[k] for k in rng.permutation(len(objects))[:12]]
-    geometry, rays = Geometry.of(scene_with(few)), _blocks(rng, few, one_point)
+    few = _moved(few, far * np.array([1.0, -0.7, 0.3]))
+    geometry, rays = Geometry.of(scene_with(few)), _blocks(rng, few, kind)
     spheres, limit = geometry.spheres, np.full(rays.t0.shape, 1e9)
     for sieve, m in (
-        (Round(spheres.center, spheres.radius, 1e-9, limit), len(spheres.radius)),
+        (Round(spheres.center, spheres.radius, limit), len(spheres.radius)),
         (Flat(lambda: geometry.triangles.patches, 1e-9, limit), len(geometry.triangles.object)),
     ):
         assert m < 4 or sieve.blocks(rays.blocks, np.arange(m)).mean() < 0.9
@@ -240,3 +250,19 @@ def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
         for name, values in vars(culled).items():
             assert values.tobytes() == vars(asked)[name].tobytes(), name
         assert (culled.object >= 0).mean() > 0.05
+
+
+def test_a_polygon_off_its_plane_is_offered_at_small_angles() -> None:
+    """Its corners lie 1.5e-9 beside its plane: rays through one cross that far outside."""
+    corners = [(-2, -1, 0), (1, -1, 0), (1, 1, 3e-9), (-2, 1, 0)]
+    geometry = Geometry.of(scene_with([{**triangle(corners), "type": "polygon"}]))
+    rng = np.random.default_rng(29)
+    n, b = 64, 40
+    angle, wide = 10.0 ** rng.uniform(-7, -4, (b, 1)), 10.0 ** rng.uniform(-12, -8, (b, 1, 1))
+    aim = (1, -1, 0) + np.abs(rng.normal(size=(b, n, 3))) * wide * (-1, 1, 0)
+    start = np.array([-3.0, 2.0, 0.0]) + angle * (0, 0, -5)
+    P0 = np.repeat(start, n, axis=0).T
+    d = aim.reshape(-1, 3).T - P0
+    culled, asked = (nearest(geometry, rules, P0, d, 0.0) for rules in (SLIDES, BRUTE))
+    assert (asked.object >= 0).mean() > 0.9
+    assert culled.t.tobytes() == asked.t.tobytes()
