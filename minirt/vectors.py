@@ -19,19 +19,20 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 def dot(a: Floats, b: Floats) -> Floats:
     """Scalar product over the first axis."""
-    result: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    products = a * b
+    result: Floats = products[0] + products[1]
+    result += products[2]
     return result
 
 
 def cross(a: Floats, b: Floats) -> Floats:
     """Vector product over the first axis; ``cross(b, a)`` is its exact negative."""
-    return np.stack(
-        (
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        )
-    )
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+        component = result[k, ...]
+        np.multiply(a[i], b[j], out=component)
+        component -= a[j] * b[i]
+    return result
 
 
 def norm(a: Floats) -> Floats:
