@@ -64,8 +64,9 @@ class Rays:
 
     @cached_property
     def blocks(self) -> Blocks:
-        """All of them, in blocks."""
-        return Blocks(self)
+        """All of them, WHOLE by WHOLE."""
+        first = np.arange(0, self.P0.shape[1], WHOLE)
+        return Blocks(first, _least_and_most(self.P0, first), _least_and_most(self.d, first))
 
     def crowds(self, size: int) -> Iterator[Beams]:
         """All of them in single beams of up to so many, which nothing bounds."""
@@ -75,14 +76,21 @@ class Rays:
 
 
 class Blocks:
-    """b blocks of WHOLE consecutive rays, each as its middle one, and how far the others stray.
+    """b blocks of consecutive rays, each as its middle one, and how far the others stray.
 
     Where a ray is not finite, its block's numbers are NaN or +inf: nothing shows that it misses.
 
+    Parameters
+    ----------
+    first : (b,) intp
+        Number of each block's first ray.
+    P0, d : pair of (3, b) or (3, 1) float64
+        The least and the largest that each number of a block's rays may be.
+
     Attributes
     ----------
-    P0, d : (3, b) float64
-        The middle rays; (3, 1) where all rays have the same.
+    P0, d : (3, b) or (3, 1) float64
+        The middle rays.
     aside, turn : (b,) or (1,) float64
         The largest ‖difference‖ of any ray's P0 and d from that.
     squared : (b,) or (1,) float64
@@ -91,28 +99,43 @@ class Blocks:
         Bounds of ‖d‖ of all rays.
     """
 
-    def __init__(self, rays: Rays) -> None:
-        self._first = np.arange(0, rays.P0.shape[1], WHOLE)
-        self.P0, self.aside = self._middle(rays.P0)
-        self.d, self.turn = self._middle(rays.d)
+    def __init__(self, first: Index, P0: tuple[Floats, Floats], d: tuple[Floats, Floats]) -> None:
+        self._first = first
+        self.P0, self.aside = _middle(*P0)
+        self.d, self.turn = _middle(*d)
         self.squared = (self.d * self.d).sum(axis=0)
         length = np.sqrt(self.squared)
         self.slowest = np.maximum(length * (1 - PAD) - self.turn, 0.0)
         self.fastest = length * (1 + PAD) + self.turn
 
-    def _middle(self, vectors: Floats) -> tuple[Floats, Floats]:
-        """The middle (3, b) of each block's vectors (3, n), and how far from it they are, (b,)."""
-        if vectors.strides[1] == 0:
-            return vectors[:, :1], np.zeros(1)
-        low, high = (f.reduceat(vectors, self._first, axis=1) for f in (np.minimum, np.maximum))
-        middle, half = (low + high) / 2, (high - low) / 2
-        stray = np.sqrt((half * half).sum(axis=0)) + PAD * np.abs(middle).max(axis=0)
-        return middle, stray * (1 + PAD)
+    def __len__(self) -> int:
+        return len(self._first)
+
+    def of(self, which: Index, *values: Floats) -> list[Floats]:
+        """Values (…, b) or (…, 1) of blocks, block by block: (…, p) or (…, 1)."""
+        return [value if value.shape[-1] == 1 else value.take(which, axis=-1) for value in values]
 
     def latest(self, limit: Floats) -> Floats:
         """The largest limit (n,) of t in each block, and a little more, (b,)."""
         t: Floats = np.maximum.reduceat(limit, self._first)
         return t + PAD * np.abs(t)
+
+
+def _least_and_most(vectors: Floats, first: Index) -> tuple[Floats, Floats]:
+    """Of vectors (3, n), what their numbers span from each of some to the next; (3, 1) of one."""
+    if vectors.strides[1] == 0:
+        vector = vectors[:, :1]
+        return vector, vector
+    return np.minimum.reduceat(vectors, first, axis=1), np.maximum.reduceat(vectors, first, axis=1)
+
+
+def _middle(low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """The middle (3, b) of boxes, and how far from it anything in them is, (b,) or (1,)."""
+    if low is high:
+        return low, np.zeros(1)
+    middle, half = (low + high) / 2, (high - low) / 2
+    stray = np.sqrt((half * half).sum(axis=0)) + PAD * np.abs(middle).max(axis=0)
+    return middle, stray * (1 + PAD)
 
 
 class Beams:

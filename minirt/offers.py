@@ -8,13 +8,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.beams import PAD, WHOLE, Beams, Rays
+from minirt.beams import PAD, WHOLE, Beams, Blocks, Rays
 from minirt.bvh import Tree, visit
 from minirt.geometry import Geometry, Spheres, Triangles
 from minirt.picture import Picture
 from minirt.raster import Drawing
 from minirt.sieves import Flat, Round, Sieve
-from minirt.vectors import Floats, Index, divided
+from minirt.vectors import Bools, Floats, Index, divided
 
 #: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes; and pairs of
 #: single rays, each of which fetches its primitive's numbers.
@@ -31,34 +31,111 @@ _POINT = 2.0**-7
 Pairs: TypeAlias = tuple[Index, Index]
 
 
+def few(geometry: Geometry) -> bool:
+    """Whether there are so few primitives of each kind that none is worth a tree."""
+    counts = (geometry.polygons, geometry.spheres.radius, geometry.triangles.object)
+    return max(map(len, counts)) <= _FEW
+
+
+def may_show(geometry: Geometry, P0: tuple[Floats, Floats], d: tuple[Floats, Floats]) -> Bools:
+    """Whether any ray may meet anything, (b,), of all whose P0 and d lie in b boxes.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        Of `few` objects.
+    P0, d : pair of (3, b) or (3, 1) float64
+        Lower and upper corners.
+    """
+    box = np.arange(d[0].shape[1])
+    blocks = Blocks(box, P0, d)
+    sieves = _Sieves(geometry, _magnitude(np.concatenate(P0)), np.full(box.shape, np.inf))
+    found = np.zeros(box.shape, dtype=np.bool_)
+    for sieve, m in sieves.each():
+        found |= sieve.blocks(blocks, np.arange(m)).any(axis=0)
+    return found
+
+
+class _Sieves:
+    """The sieves of a scene's kinds of primitives.
+
+    Parameters
+    ----------
+    geometry : Geometry
+    magnitude : float
+        The largest coordinate of any origin.
+    limit : (n,) float64
+        Largest t of interest for each ray.
+    """
+
+    def __init__(self, geometry: Geometry, magnitude: float, limit: Floats) -> None:
+        self._geometry, self._magnitude, self._limit = geometry, magnitude, limit
+
+    def polygons(self) -> Sieve:
+        geometry = self._geometry
+        pad = self.pad(geometry.polygon_tree)
+        return Flat(lambda: geometry.polygon_patches, pad, self._limit)
+
+    def spheres(self) -> Sieve:
+        spheres = self._geometry.spheres
+        return Round(spheres.center, spheres.radius, self._limit)
+
+    def triangles(self) -> Sieve:
+        triangles = self._geometry.triangles
+        return Flat(lambda: triangles.patches, self.pad(triangles.tree), self._limit)
+
+    def each(self) -> Iterator[tuple[Sieve, int]]:
+        """The sieve of each kind of which there is any, and how many."""
+        geometry = self._geometry
+        if geometry.polygons:
+            yield self.polygons(), len(geometry.polygons)
+        if len(geometry.spheres.radius):
+            yield self.spheres(), len(geometry.spheres.radius)
+        if len(geometry.triangles.object):
+            yield self.triangles(), len(geometry.triangles.object)
+
+    def pad(self, tree: Tree) -> float:
+        """What primitives and their boxes grow by."""
+        return PAD * max(tree.reach, self._magnitude)
+
+
 class Offers:
     """The primitives that n rays may meet, kind by kind, near ones first.
 
     Parameters
     ----------
+    geometry : Geometry
     rays : Rays
     limit : (n,) float64
         Largest t of interest for each ray; the caller may lower it between two offers.
     """
 
-    def __init__(self, rays: Rays, limit: Floats) -> None:
-        self._rays, self._limit = rays, limit
+    def __init__(self, geometry: Geometry, rays: Rays, limit: Floats) -> None:
+        self._geometry, self._rays, self._limit = geometry, rays, limit
 
-    def polygons(self, geometry: Geometry) -> Iterator[Pairs]:
+    def polygons(self) -> Iterator[Pairs]:
         """Pairs of a ray and a polygon."""
+        geometry = self._geometry
         tree = geometry.polygon_tree
-        sieve = Flat(lambda: geometry.polygon_patches, self._pad(tree), self._limit)
-        yield from self._any(len(geometry.polygons), tree, sieve)
+        yield from self._any(len(geometry.polygons), tree, self._sieves.polygons())
 
-    def spheres(self, spheres: Spheres) -> Iterator[Pairs]:
+    def spheres(self) -> Iterator[Pairs]:
         """Pairs of a ray and a sphere."""
-        sieve = Round(spheres.center, spheres.radius, self._limit)
-        yield from self._drawn(spheres, len(spheres.radius), sieve)
+        spheres = self._geometry.spheres
+        yield from self._drawn(spheres, len(spheres.radius), self._sieves.spheres())
 
-    def triangles(self, triangles: Triangles) -> Iterator[Pairs]:
+    def triangles(self) -> Iterator[Pairs]:
         """Pairs of a ray and a triangle."""
-        sieve = Flat(lambda: triangles.patches, self._pad(triangles.tree), self._limit)
-        yield from self._drawn(triangles, len(triangles.object), sieve)
+        triangles = self._geometry.triangles
+        yield from self._drawn(triangles, len(triangles.object), self._sieves.triangles())
+
+    @cached_property
+    def _magnitude(self) -> float:
+        return _magnitude(self._rays.P0)
+
+    @cached_property
+    def _sieves(self) -> _Sieves:
+        return _Sieves(self._geometry, self._magnitude, self._limit)
 
     def _drawn(self, kind: Spheres | Triangles, m: int, sieve: Sieve) -> Iterator[Pairs]:
         """All m of a kind, drawn over the rays' picture if they have one and it pays."""
@@ -83,34 +160,35 @@ class Offers:
             rays = Rays(np.broadcast_to(point, rays.P0.shape), rays.d, rays.t0)
         return Picture.of(rays, PAD * reach + moved, reach)
 
-    @cached_property
-    def _magnitude(self) -> float:
-        """The largest coordinate of any origin."""
-        return float(np.fmax.reduce(np.abs(self._rays.P0), axis=None, initial=0.0))
-
-    def _pad(self, tree: Tree) -> float:
-        """What primitives and their boxes grow by."""
-        return PAD * max(tree.reach, self._magnitude)
-
     def _any(self, m: int, tree: Tree, sieve: Sieve) -> Iterator[Pairs]:
         """All m of a kind, by their tree if they are many."""
         if m <= _FEW:
             return self._few(np.arange(m), sieve)
-        return self._sifted(visit(tree, self._rays.beams, self._limit, self._pad(tree)), sieve)
+        return self._sifted(
+            visit(tree, self._rays.beams, self._limit, self._sieves.pad(tree)), sieve
+        )
 
     def _few(self, primitives: Index, sieve: Sieve) -> Iterator[Pairs]:
         """Few primitives: offered block by block, or to crowds of rays where many blocks meet."""
         if not len(primitives):
-            return iter(())
-        rays = self._rays
-        meet = sieve.blocks(rays.blocks, primitives)
-        if meet.mean() <= _SPARSE:
-            some, which = np.nonzero(meet)
-            beams = Beams(rays, np.arange(0, len(self._limit), WHOLE), WHOLE)
-            return self._sifted([(beams, which, primitives.take(some))], sieve)
-        of_one = np.zeros(len(primitives), dtype=np.intp)
-        crowds = ((crowd, of_one, primitives) for crowd in rays.crowds(_CROWD))
-        return self._sifted(crowds, sieve)
+            return
+        rays, blocks = self._rays, self._rays.blocks
+        meet = sieve.blocks(blocks, primitives)
+        some, which = np.nonzero(meet)
+        filled = sieve.filled(blocks, which, primitives.take(some))
+        if len(which) - np.count_nonzero(filled) > _SPARSE * meet.size:
+            of_one = np.zeros(len(primitives), dtype=np.intp)
+            crowds = ((crowd, of_one, primitives) for crowd in rays.crowds(_CROWD))
+            yield from self._sifted(crowds, sieve)
+            return
+        beams = Beams(rays, np.arange(0, len(self._limit), WHOLE), WHOLE)
+        whole = np.flatnonzero(filled)
+        for part in np.array_split(whole, len(whole) * WHOLE // _PAIRS + 1):
+            every = np.repeat(primitives.take(some.take(part)), WHOLE)
+            yield beams.index.take(which.take(part), axis=0).ravel(), every
+        rest = np.flatnonzero(~filled)
+        pairs = (beams, which.take(rest), primitives.take(some.take(rest)))
+        yield from self._sifted([pairs], sieve)
 
     def _sifted(self, pairs: Iterable[tuple[Beams, Index, Index]], sieve: Sieve) -> Iterator[Pairs]:
         """Of beams and the primitives that they may meet, rays and those that they may."""
@@ -122,3 +200,8 @@ class Offers:
                 offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), beams.size)))
                 pair, at = divided(offered, beams.size)
                 yield beams.numbers(which[some].take(pair), at), primitives[some].take(pair)
+
+
+def _magnitude(P0: Floats) -> float:
+    """The largest coordinate of any origin."""
+    return float(np.fmax.reduce(np.abs(P0), axis=None, initial=0.0))

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
-from functools import cache
 
 import numpy as np
 
+from minirt.cells import CELL, SIDE, cells, pixels_of, squares
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
 from minirt.memory import require_memory
+from minirt.offers import few, may_show
 from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.screen import image_pixels
-from minirt.vectors import Floats, Index, norm, put
+from minirt.vectors import Bools, Floats, Index, norm, put
 from minirt.version import __version__
 from minirt.whitted import Branch, Onward, Points, Whitted, refractive
 
-#: Pixels along the side of the squares that are traced together: bounds the working memory
-#: whatever the image's size.
-SIDE = 256
+#: Cells that are told at once whether they may show anything, in whole rows.
+_CELLS = 8_192
 
 #: What a tile hands over beside the public quantities: see `Whitted.color`.
 SIGNATURE = "signature"
@@ -72,10 +72,10 @@ def render(
         got = type(progress).__name__
         raise InputError("not a function", where="progress", got=got, expected="f(done, total)")
     arrays = blank_frame(scene, names)
-    done = 0
-    for pixels, tile in tiles(whitted, names):
-        fill(arrays, pixels, tile)
-        done += len(pixels)
+    if "color" in arrays:
+        arrays["color"][...] = scene.background
+    for pixels, done in _batches(whitted, names):
+        fill(arrays, pixels, _traced(whitted, pixels, frozenset(names)))
         if progress is not None:
             progress(done, scene.screen.nx * scene.screen.ny)
     return Frame(arrays, frame_meta(scene))
@@ -155,29 +155,51 @@ def tiles(whitted: Whitted, names: Iterable[str]) -> Iterator[tuple[Index, Tile]
     Pixels are counted along rows from the top left; the tiles are square, and neighbours follow
     each other. `SIGNATURE` may be among the names.
     """
-    wanted = frozenset(names)
-    screen = whitted.scene.screen
+    wanted, screen = frozenset(names), whitted.scene.screen
     for pixels in squares(screen.nx, screen.ny):
-        d = primary_directions(whitted.scene, whitted.rules, pixels)
-        yield pixels, trace_pixels(whitted, d, wanted)
+        yield pixels, _traced(whitted, pixels, wanted)
 
 
-def squares(nx: int, ny: int) -> Iterator[Index]:
-    """The pixels of an image in square tiles, each in the order of a Z: (n,) intp."""
-    for top in range(0, ny, SIDE):
-        for left in range(0, nx, SIDE):
-            yield top * nx + left + _curve(min(SIDE, ny - top), min(SIDE, nx - left), nx)
+def _traced(whitted: Whitted, pixels: Index, wanted: frozenset[str]) -> Tile:
+    d = primary_directions(whitted.scene, whitted.rules, pixels)
+    return trace_pixels(whitted, d, wanted)
 
 
-@cache
-def _curve(height: int, width: int, nx: int) -> Index:
-    """Pixels of a first tile in blocks of 8 × 8, each in the order of a Z, and so its parts."""
-    row, column = np.divmod(np.arange(height * width), width)
-    within = np.zeros_like(row)
-    for bit in range(3):
-        within |= ((column >> bit & 1) << 2 * bit) | ((row >> bit & 1) << 2 * bit + 1)
-    order: Index = np.lexsort((within, column >> 3, row >> 3))
-    return row[order] * nx + column[order]
+def _batches(whitted: Whitted, names: Iterable[str]) -> Iterator[tuple[Index, int]]:
+    """Pixels (n,) to be traced together, and how many of the image are dealt with then.
+
+    Those that can show none of a few objects are left out, unless their rays are asked for.
+    """
+    screen, done = whitted.scene.screen, 0
+    if "ray" in names or whitted.rules.changed() or not few(whitted.geometry):
+        for pixels in squares(screen.nx, screen.ny):
+            done += len(pixels)
+            yield pixels, done
+        return
+    height = max(1, _CELLS * CELL // screen.nx) * CELL
+    for row, column in cells(screen.nx, screen.ny, height, screen.nx):
+        some = np.flatnonzero(_may_show(whitted, row, column))
+        pixels = pixels_of(row[some], column[some], screen.nx, screen.ny)
+        parts = np.array_split(pixels, max(1, round(len(pixels) / SIDE**2)))
+        for part in parts[:-1]:
+            yield part, done
+        done = screen.nx * min(screen.ny, int(row[-1]) + CELL)
+        yield parts[-1], done
+
+
+def _may_show(whitted: Whitted, row: Index, column: Index) -> Bools:
+    """Whether any pixel of cells (c,) may show an object.
+
+    Each number of a direction grows with its pixel's row or falls, and so with its column,
+    rounding included: between those of a cell's corners lie those of all its rays.
+    """
+    screen, c = whitted.scene.screen, len(row)
+    rows = np.minimum(row + np.array([[0], [0], [CELL - 1], [CELL - 1]]), screen.ny - 1)
+    columns = np.minimum(column + np.array([[0], [CELL - 1], [0], [CELL - 1]]), screen.nx - 1)
+    pixels = (rows * screen.nx + columns).ravel()
+    d = primary_directions(whitted.scene, whitted.rules, pixels).reshape(3, 4, c)
+    P0 = whitted.primary_origin(d[:, 0])[:, :1]
+    return may_show(whitted.geometry, (P0, P0), (d.min(axis=1), d.max(axis=1)))
 
 
 def primary_directions(scene: Scene, rules: Rules, pixels: Index) -> Floats:

@@ -24,6 +24,13 @@ class Sieve(ABC):
     def blocks(self, blocks: Blocks, primitives: Index) -> Bools:
         """Whether any ray of each block may meet primitives (k,), (k, b)."""
 
+    def filled(self, blocks: Blocks, which: Index, primitives: Index) -> Bools:
+        """Whether nearly all rays of blocks that may meet primitives will, pair by pair, (p,).
+
+        Only a hint that it does not pay to ask each ray; none is given here.
+        """
+        return np.zeros(len(which), dtype=np.bool_)
+
     @abstractmethod
     def rays(self, beams: Beams, which: Index, primitives: Index) -> Bools:
         """Whether rays of beams may meet primitives, pair by pair, (p, s) or (p, 1).
@@ -57,6 +64,18 @@ class Round(Sieve):
             apart = LL * (1 - PAD) - R * R * (1 + PAD)
             missed |= (apart > 0) & ((b < 0) | (b * b < blocks.squared * apart))
         return ~missed
+
+    def filled(self, blocks: Blocks, which: Index, primitives: Index) -> Bools:
+        """Whether the middle ray passes within R of the centre, shrunk by how far others stray."""
+        P0, d, squared, aside, turn, slowest = blocks.of(
+            which, blocks.P0, blocks.d, blocks.squared, blocks.aside, blocks.turn, blocks.slowest
+        )
+        L, R = take(self._center, primitives) - P0, self._radius.take(primitives)
+        LL, b = dot(L, L), dot(L, d)
+        with np.errstate(all="ignore"):  # not together
+            R = R - aside - turn / slowest * (np.sqrt(LL) + R)
+            within: Bools = (R > 0) & (b * b > squared * (LL - R * R))
+        return within
 
     def rays(self, beams: Beams, which: Index, primitives: Index) -> Bools:
         """Δ ≥ 0 by products that round as they like.

@@ -157,16 +157,17 @@ class _Query:
     def run(self) -> Hits:
         if not len(self.limit):
             return self.best
-        geometry, offers = self.geometry, Offers(Rays(self.P0, self.d, self.t0), self.limit)
+        geometry = self.geometry
+        offers = Offers(geometry, Rays(self.P0, self.d, self.t0), self.limit)
         if geometry.polygons:
             objects = np.array([polygon.object for polygon in geometry.polygons])
-            self._walk(offers.polygons(geometry), self._polygons, objects)
+            self._walk(offers.polygons(), self._polygons, objects)
         if len(geometry.spheres.radius):
             spheres = geometry.spheres
-            self._walk(offers.spheres(spheres), self._spheres, spheres.object)
+            self._walk(offers.spheres(), self._spheres, spheres.object)
         if len(geometry.triangles.object):
             triangles = geometry.triangles
-            offered = offers.triangles(triangles)
+            offered = offers.triangles()
             self._walk(offered, self._triangles, triangles.object, triangles.face)
         return self.best
 
@@ -225,7 +226,9 @@ class _Query:
     def _spheres(self, rays: Index, which: Index) -> Hits:
         spheres, accept = self.geometry.spheres, self.rules.in_interval
         t0, t1 = _of(self.t0, rays), _of(self.t1, rays)
-        center, radius = take(spheres.center, which), spheres.radius[which]
+        center, radius = spheres.center, spheres.radius
+        if len(radius) > 1 or not self.culls:
+            center, radius = take(center, which), radius[which]
         near, far = self.rules.sphere(self._origins(rays), take(self.d, rays), center, radius)
         t = self.rules.smallest_root(near, far, accept(near, t0, t1), accept(far, t0, t1))
         nan = np.full(len(rays), np.nan)
@@ -272,8 +275,9 @@ class _Query:
         if self.other_than is not None:
             face = None if alone else found.triangle
             counts &= self._wanted(rays, found.object, face, self.other_than)
-        some = np.flatnonzero(counts)
-        rays, found = rays[some], found.take(some)
+        if not counts.all():
+            at = np.flatnonzero(counts)
+            rays, found = rays[at], found.take(at)
         while (rays[1:] <= rays[:-1]).any():  # one hit of each ray at a time
             each = np.arange(len(rays))
             self.turn[rays] = each
@@ -291,10 +295,11 @@ class _Query:
         )
         if self.next_t is not None:
             self.next_t[rays] = np.minimum(self.next_t[rays], np.where(closer, t, found.t))
-        better = np.flatnonzero(closer)
-        chosen, found = rays[better], found.take(better)
-        best.put(chosen, found)
-        self.limit[chosen] = _ANSWERED if self.any_hit else self._latest(chosen, found.t)
+        if not closer.all():
+            better = np.flatnonzero(closer)
+            rays, found = rays[better], found.take(better)
+        best.put(rays, found)
+        self.limit[rays] = _ANSWERED if self.any_hit else self._latest(rays, found.t)
 
     def _latest(self, rays: Index, t: Floats) -> Floats:
         """Largest t of interest for rays whose best hits are at t."""

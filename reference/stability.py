@@ -31,6 +31,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from minirt.cells import squares
 from minirt.frame import Array, Frame
 from minirt.geometry import Geometry, Kind
 from minirt.quantities import QUANTITIES
@@ -43,7 +44,6 @@ from minirt.render import (
     fill,
     frame_meta,
     primary_directions,
-    squares,
     tiles,
 )
 from minirt.rules import SLIDES

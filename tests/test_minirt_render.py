@@ -109,11 +109,11 @@ def test_a_quantity_alone_has_the_same_bytes(frame: minirt.Frame, name: str) -> 
 
 
 def test_tiles_do_not_show(frame: minirt.Frame, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["minirt.render"], "SIDE", 9)
+    monkeypatch.setattr(sys.modules["minirt.cells"], "SIDE", 16)
     seen: list[tuple[int, int]] = []
     scene = minirt.load_scene(_scene(40, 30, 6))
     tiled = minirt.render(scene, progress=lambda done, total: seen.append((done, total)))
-    assert len(seen) == 5 * 4
+    assert len(seen) == 3 * 2
     assert seen[-1] == (1200, 1200)
     for name in QUANTITIES:
         assert tiled[name].tobytes() == frame[name].tobytes(), name
