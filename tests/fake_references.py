@@ -79,6 +79,14 @@ class Honest:
         return Frame(arrays)
 
 
+@dataclass(frozen=True)
+class Undeclared(Honest):
+    """Answers, and then cannot say how it errs: minirt cannot judge."""
+
+    def declare(self, scene: Scene) -> Declared:
+        raise ValueError("no error is known")
+
+
 def culls_small_t(t: Floats, t0: Floats, t1: Floats) -> Bools:
     """A rule S6 that overlooks near hits of shadow rays."""
     return (t >= t0) & (t <= t1) & (t > 1.5) & np.isfinite(t)

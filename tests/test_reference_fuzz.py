@@ -12,7 +12,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fake_references import Aborting, Honest, InsideOut, Missing, Silent, Transparent
+from fake_references import (
+    Aborting,
+    Honest,
+    InsideOut,
+    Missing,
+    Silent,
+    Transparent,
+    Undeclared,
+)
 
 import minirt
 from minirt.scene import Scene, load_scene
@@ -206,6 +214,13 @@ def test_a_crash_and_silence_are_told_apart(bench: Bench) -> None:
     assert (crash.state, crash.stage) == ("failed", "crashed")
     assert "LLVM ERROR" in crash.output
     assert silence.state == "not supported"
+
+
+def test_why_a_scene_was_not_judged_is_said_once(bench: Bench) -> None:
+    found = hunt(3, [Undeclared(), Undeclared("twin")], 2, bench=bench)
+    assert (found.scenes, found.compared, found.failures) == (2, 0, ())
+    why = "minirt itself failed: ValueError: no error is known"
+    assert [reason.partition(": ")[2] for reason in found.unjudged] == [why, why]
 
 
 def test_time_ends_a_hunt(bench: Bench) -> None:

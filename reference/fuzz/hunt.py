@@ -275,8 +275,8 @@ class _Tally:
             return False
         self._scenes += 1
         self._trials += trials.values()
-        unjudged = [trial for trial in trials.values() if trial.state == "unjudged"]
-        self._unjudged += [f"{scene.name}: {trial.reason}" for trial in unjudged]
+        why = dict.fromkeys(t.reason for t in trials.values() if t.state == "unjudged")
+        self._unjudged += [f"{scene.name}: {reason}" for reason in why]
         return True
 
     def hunt(self, seed: int, seconds: float) -> Hunt:
