@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bench_cases import BALLS, CASES, IMAGES, INCOHERENT, SPHERES, count, incoherent_rays, scene_of
+from bench_timing import timed
 from bench_tracers import TRACERS, Tracer, some
 
 import minirt
@@ -24,8 +25,8 @@ def test_first_hits(case: str, tracer: str, benchmark: Any) -> None:
     who = TRACERS[tracer]
     _skip_unless_it_can(who, case, tracer)
     scene = scene_of(case)
-    rays = min(who.rays, scene.screen.nx * scene.screen.ny)
-    answer = benchmark.pedantic(who.prepare(scene, rays), rounds=3, warmup_rounds=1)
+    rays = min(max(who.rays, who.pairs // count(case)), scene.screen.nx * scene.screen.ny)
+    answer = timed(benchmark, who.prepare(scene, rays))
     kind = "spheres" if case in SPHERES else "triangles" if case in BALLS else "mesh"
     _note(benchmark, case, tracer, kind, rays, count(case))
     expected = minirt.render(scene, quantities="t")["t"].ravel()[some(scene, rays)]
@@ -41,7 +42,7 @@ def test_incoherent_rays(tracer: str, benchmark: Any) -> None:
     rays = min(who.rays, 100_000)
     P0, d = (np.ascontiguousarray(each.T) for each in incoherent_rays(scene, rays))
     first_hits = who.shoot(scene)
-    answer = benchmark.pedantic(first_hits, (P0, d), rounds=3, warmup_rounds=1)
+    answer = timed(benchmark, first_hits, P0, d)
     _note(benchmark, "mesh, 82k, no order", tracer, "incoherent", rays, count(INCOHERENT))
     _judge(answer, minirt.RT(scene, P0.T, d.T).t)
 
@@ -53,7 +54,7 @@ def test_whole_images(case: str, tracer: str, benchmark: Any) -> None:
     _skip_unless_it_can(who, case, tracer)
     if who.draw is None:
         pytest.skip(f"{tracer}: does not shade by these rules")
-    benchmark.pedantic(who.draw(scene), rounds=3, warmup_rounds=1)
+    timed(benchmark, who.draw(scene))
     pixels = scene.screen.nx * scene.screen.ny
     _note(benchmark, case, tracer, "image", pixels, count(case))
 

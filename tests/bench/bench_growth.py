@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from bench_cases import BALLS, INCOHERENT, count, image_scene, incoherent_rays, scene_of
+from bench_timing import timed
 
 import minirt
 from minirt.geometry import Geometry
@@ -74,13 +75,13 @@ GROWTH: list[tuple[str, int, Callable[[], Callable[[], object]]]] = [
 def test_growth(
     over: str, n: int, prepare: Callable[[], Callable[[], object]], benchmark: Any
 ) -> None:
-    benchmark.pedantic(prepare(), rounds=3, warmup_rounds=1)
+    timed(benchmark, prepare())
     benchmark.extra_info.update(over=over, size=n)
 
 
 @pytest.mark.parametrize("case", BALLS)
 def test_tree(case: str, benchmark: Any) -> None:
-    benchmark.pedantic(_tree(case), rounds=3, warmup_rounds=1)
+    timed(benchmark, _tree(case))
     benchmark.extra_info.update(over="triangles, their tree built", size=count(case))
 
 

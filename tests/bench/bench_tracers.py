@@ -46,8 +46,9 @@ class Tracer:
         tells no lengths.
     most_spheres, most_triangles : int
         Primitives beyond which it would take too long; 0 where it has no such primitive.
-    rays : int
-        How many rays it is given at most: slow ones get fewer, and are judged by the ray.
+    rays, pairs : int
+        How many rays it is given at most, or pairs of a ray and a primitive, if that is more rays:
+        slow ones get fewer, and are judged by the ray.
     shoot : callable or None
         As `prepare`, of a scene alone: what it gives is called with the origins and the directions
         of any rays, (n, 3). None where it draws images only.
@@ -61,6 +62,7 @@ class Tracer:
     most_spheres: int = 10_000
     most_triangles: int = 2_000_000
     rays: int = 640 * 480
+    pairs: int = 0
     shoot: Shoot | None = None
     draw: Callable[[Scene], Callable[[], object]] | None = None
 
@@ -257,7 +259,9 @@ TRACERS: dict[str, Tracer] = {
         shoot=_minirt_shoots,
         draw=lambda scene: lambda: minirt.render(scene, quantities="color"),
     ),
-    "plain loop": Tracer(_always, _plain_loop, most_triangles=100_000, rays=640 * 16),
+    "plain loop": Tracer(
+        _always, _plain_loop, most_triangles=100_000, rays=640 * 16, pairs=640 * 480 * 100
+    ),
     "raysect": Tracer(_RAYSECT, _pixels(_raysect), rays=640 * 48, shoot=_raysect),
     "POV-Ray": Tracer(
         _no_povray,
