@@ -108,9 +108,6 @@ class Blocks:
         self.slowest = np.maximum(length * (1 - PAD) - self.turn, 0.0)
         self.fastest = length * (1 + PAD) + self.turn
 
-    def __len__(self) -> int:
-        return len(self._first)
-
     def of(self, which: Index, *values: Floats) -> list[Floats]:
         """Values (…, b) or (…, 1) of blocks, block by block: (…, p) or (…, 1)."""
         return [value if value.shape[-1] == 1 else value.take(which, axis=-1) for value in values]
