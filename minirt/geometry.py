@@ -20,6 +20,9 @@ from minirt.vectors import Floats, Index, Ints, cross, dot, norm
 _EACH = 700
 
 
+#: The length below which squares of its parts lose digits.
+_SHORT = 2.0**-500
+
 #: Triangles of a fan that are handed over with each ray anew.
 _FEW = 8
 
@@ -220,8 +223,9 @@ _KNOWN: WeakKeyDictionary[Scene, Geometry] = WeakKeyDictionary()
 
 
 def _unit_or_zero(v: Floats) -> Floats:
+    """The vectors (3, n) divided by their lengths; zero where squares are too small for that."""
     length = norm(v)
-    return np.divide(v, length, where=length > 0, out=np.zeros_like(v))
+    return np.divide(v, length, where=length > _SHORT, out=np.zeros_like(v))
 
 
 def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:
