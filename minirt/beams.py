@@ -168,9 +168,8 @@ class Beams:
         return len(self._first)
 
     def numbers(self, which: Index, at: Index) -> Index:
-        """Numbers (p,) of the rays that stand at some places in some beams."""
-        found: Index = self.index[0].take(at) if len(self) == 1 else self.index[which, at]
-        return found
+        """Numbers (p,) of the rays at some places in some beams; no less than n beyond the last."""
+        return self._first.take(which) + at
 
     @cached_property
     def squared(self) -> Floats:

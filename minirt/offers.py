@@ -184,8 +184,9 @@ class Offers:
         beams = Beams(rays, np.arange(0, len(self._limit), WHOLE), WHOLE)
         whole = np.flatnonzero(filled)
         for part in np.array_split(whole, len(whole) * WHOLE // _PAIRS + 1):
-            every = np.repeat(primitives.take(some.take(part)), WHOLE)
-            yield beams.index.take(which.take(part), axis=0).ravel(), every
+            every = WHOLE * which.take(part)[:, None] + np.arange(WHOLE)
+            of_each = np.repeat(primitives.take(some.take(part)), WHOLE)
+            yield self._there(every.ravel(), of_each)
         rest = np.flatnonzero(~filled)
         pairs = (beams, which.take(rest), primitives.take(some.take(rest)))
         yield from self._sifted([pairs], sieve)
@@ -199,7 +200,16 @@ class Offers:
                 may_meet = sieve.rays(beams, which[some], primitives[some])
                 offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), beams.size)))
                 pair, at = divided(offered, beams.size)
-                yield beams.numbers(which[some].take(pair), at), primitives[some].take(pair)
+                numbers = beams.numbers(which[some].take(pair), at)
+                yield self._there(numbers, primitives[some].take(pair))
+
+    def _there(self, rays: Index, primitives: Index) -> Pairs:
+        """The pairs of rays that there are: the last block, or beam, may reach beyond them."""
+        n = len(self._limit)
+        if n % WHOLE == 0:
+            return rays, primitives
+        there = np.flatnonzero(rays < n)
+        return rays.take(there), primitives.take(there)
 
 
 def _magnitude(P0: Floats) -> float:

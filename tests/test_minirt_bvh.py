@@ -11,6 +11,7 @@ from minirt.beams import Rays
 from minirt.bvh import visit
 from minirt.every_hit import every_hit
 from minirt.geometry import Geometry
+from minirt.offers import Offers
 from minirt.rules import SLIDES
 from minirt.sieves import Flat, Round
 from minirt.trace import Hits, nearest, nearest_two, occluded
@@ -250,6 +251,43 @@ def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
         for name, values in vars(culled).items():
             assert values.tobytes() == vars(asked)[name].tobytes(), name
         assert (culled.object >= 0).mean() > 0.05
+
+
+@pytest.mark.parametrize("n", [1, 64, 65, 130])
+def test_no_ray_is_offered_one_of_few_primitives_twice(n: int) -> None:
+    """Where the last block of rays is not whole, either."""
+    rng = np.random.default_rng(30)
+    around = [sphere((0, 0, 0), radius) for radius in np.linspace(3, 5, 20)]
+    beside = [sphere((9, k, 0), 0.3) for k in range(3)]
+    geometry = Geometry.of(scene_with([*around, *beside]))
+    for own in (0.0, 0.01, 0.5):
+        P0 = rng.normal(size=(3, n)) * own
+        P0 = P0 if own else np.broadcast_to(P0[:, :1], P0.shape)
+        d = np.array([[0.0], [0.0], [1.0]]) + 0.01 * rng.normal(size=(3, n))
+        offers = Offers(geometry, Rays(P0, d, np.zeros(n)), np.full(n, np.inf))
+        pairs = np.concatenate([np.stack(pair) for pair in offers.spheres()], axis=1)
+        assert len(around) * n <= pairs.shape[1] == np.unique(pairs, axis=1).shape[1]
+        assert pairs[0].max() < n
+
+
+def test_a_triangle_whose_normal_has_no_square_is_seen() -> None:
+    """The square of what is 1e-162 long is a few of the least numbers that there are: divided by
+    the root of that, the normal would be half as long again, and the plane elsewhere.
+    """
+    corners = [
+        (-2.999769419130499e-80, 6.6449612254156175e-80, 2.775867054795566e-79),
+        (-2.98081375184444e-80, 6.779790035636816e-80, 2.7845146496407247e-79),
+        (-2.9670842337022735e-80, 6.726952508011892e-80, 2.762366935062665e-79),
+    ]
+    scene = scene_with(
+        [triangle(corners)], eye=(0, 0, 0), nu=1.0, nx=8, ny=8,
+        l=-1.5935796243846148, r=-0.008437158141917589,
+        b=0.22950850568308745, t=0.43142021159355437,
+    )  # fmt: skip
+    for names in ("t", "ray,t"):
+        culled, asked = (minirt.render(scene, rules, names)["t"] for rules in (SLIDES, BRUTE))
+        assert culled.tobytes() == asked.tobytes()
+        assert np.isfinite(asked).sum() == 1
 
 
 def test_a_polygon_off_its_plane_is_offered_at_small_angles() -> None:
