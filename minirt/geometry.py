@@ -18,8 +18,6 @@ from minirt.vectors import Floats, Index, Ints, cross, dot, norm
 
 #: Bytes that a triangle takes, most of them in its tree and while that is built; measured.
 _EACH = 700
-
-
 #: The length below which squares of its parts lose digits.
 _SHORT = 2.0**-500
 
