@@ -49,7 +49,7 @@ def may_show(geometry: Geometry, P0: tuple[Floats, Floats], d: tuple[Floats, Flo
     """
     box = np.arange(d[0].shape[1])
     blocks = Blocks(box, P0, d)
-    sieves = _Sieves(geometry, _magnitude(np.concatenate(P0)), np.full(box.shape, np.inf))
+    sieves = _Sieves(geometry, np.concatenate(P0), np.full(box.shape, np.inf))
     found = np.zeros(box.shape, dtype=np.bool_)
     for sieve, m in sieves.each():
         found |= sieve.blocks(blocks, np.arange(m)).any(axis=0)
@@ -62,14 +62,14 @@ class _Sieves:
     Parameters
     ----------
     geometry : Geometry
-    magnitude : float
-        The largest coordinate of any origin.
+    P0 : (…, n) float64
+        Origins, in any shape.
     limit : (n,) float64
         Largest t of interest for each ray.
     """
 
-    def __init__(self, geometry: Geometry, magnitude: float, limit: Floats) -> None:
-        self._geometry, self._magnitude, self._limit = geometry, magnitude, limit
+    def __init__(self, geometry: Geometry, P0: Floats, limit: Floats) -> None:
+        self._geometry, self._P0, self._limit = geometry, P0, limit
 
     def polygons(self) -> Sieve:
         geometry = self._geometry
@@ -96,7 +96,15 @@ class _Sieves:
 
     def pad(self, tree: Tree) -> float:
         """What primitives and their boxes grow by."""
-        return PAD * max(tree.reach, self._magnitude)
+        return PAD * self.reach(tree)
+
+    def reach(self, tree: Tree) -> float:
+        """The largest coordinate of any box and of any origin."""
+        return max(tree.reach, self._magnitude)
+
+    @cached_property
+    def _magnitude(self) -> float:
+        return float(np.fmax.reduce(np.abs(self._P0), axis=None, initial=0.0))
 
 
 class Offers:
@@ -112,6 +120,7 @@ class Offers:
 
     def __init__(self, geometry: Geometry, rays: Rays, limit: Floats) -> None:
         self._geometry, self._rays, self._limit = geometry, rays, limit
+        self._sieves = _Sieves(geometry, rays.P0, limit)
 
     def polygons(self) -> Iterator[Pairs]:
         """Pairs of a ray and a polygon."""
@@ -129,14 +138,6 @@ class Offers:
         triangles = self._geometry.triangles
         yield from self._drawn(triangles, len(triangles.object), self._sieves.triangles())
 
-    @cached_property
-    def _magnitude(self) -> float:
-        return _magnitude(self._rays.P0)
-
-    @cached_property
-    def _sieves(self) -> _Sieves:
-        return _Sieves(self._geometry, self._magnitude, self._limit)
-
     def _drawn(self, kind: Spheres | Triangles, m: int, sieve: Sieve) -> Iterator[Pairs]:
         """All m of a kind, drawn over the rays' picture if they have one and it pays."""
         picture = self._picture(kind) if m > _FEW else None
@@ -149,7 +150,7 @@ class Offers:
 
     def _picture(self, kind: Spheres | Triangles) -> Picture | None:
         """The rays' picture, if they have one; as from one point if they nearly leave one."""
-        rays, reach, moved = self._rays, max(kind.tree.reach, self._magnitude), 0.0
+        rays, reach, moved = self._rays, self._sieves.reach(kind.tree), 0.0
         if rays.P0.strides[1] != 0 and rays.d.strides[1] != 0:
             low, high = rays.P0.min(axis=1), rays.P0.max(axis=1)
             with np.errstate(invalid="ignore"):  # not finite
@@ -169,7 +170,10 @@ class Offers:
         )
 
     def _few(self, primitives: Index, sieve: Sieve) -> Iterator[Pairs]:
-        """Few primitives: offered block by block, or to crowds of rays where many blocks meet."""
+        """Few primitives: offered to the blocks that they fill, and to rays of others they meet.
+
+        Where many blocks are of the latter kind, crowds of rays are asked instead.
+        """
         if not len(primitives):
             return
         rays, blocks = self._rays, self._rays.blocks
@@ -210,8 +214,3 @@ class Offers:
             return rays, primitives
         there = np.flatnonzero(rays < n)
         return rays.take(there), primitives.take(there)
-
-
-def _magnitude(P0: Floats) -> float:
-    """The largest coordinate of any origin."""
-    return float(np.fmax.reduce(np.abs(P0), axis=None, initial=0.0))

@@ -44,7 +44,7 @@ def render(
     quantities : iterable of str, or str with commas, optional
         Names from `minirt.QUANTITIES`; all of them when left out. Only what they need is traced.
     progress : callable, optional
-        Called with pixels done and pixels in all, after each tile.
+        Called with pixels done and pixels in all, again and again until all are done.
 
     Returns
     -------
@@ -74,8 +74,9 @@ def render(
     arrays = blank_frame(scene, names)
     if "color" in arrays:
         arrays["color"][...] = scene.background
-    for pixels, done in _batches(whitted, names):
-        fill(arrays, pixels, _traced(whitted, pixels, frozenset(names)))
+    wanted = frozenset(names)
+    for pixels, done in _batches(whitted, wanted):
+        fill(arrays, pixels, _traced(whitted, pixels, wanted))
         if progress is not None:
             progress(done, scene.screen.nx * scene.screen.ny)
     return Frame(arrays, frame_meta(scene))
@@ -165,13 +166,13 @@ def _traced(whitted: Whitted, pixels: Index, wanted: frozenset[str]) -> Tile:
     return trace_pixels(whitted, d, wanted)
 
 
-def _batches(whitted: Whitted, names: Iterable[str]) -> Iterator[tuple[Index, int]]:
+def _batches(whitted: Whitted, wanted: frozenset[str]) -> Iterator[tuple[Index, int]]:
     """Pixels (n,) to be traced together, and how many of the image are dealt with then.
 
     Those that can show none of a few objects are left out, unless their rays are asked for.
     """
     screen, done = whitted.scene.screen, 0
-    if "ray" in names or whitted.rules.changed() or not few(whitted.geometry):
+    if "ray" in wanted or whitted.rules.changed() or not few(whitted.geometry):
         for pixels in squares(screen.nx, screen.ny):
             done += len(pixels)
             yield pixels, done
