@@ -270,6 +270,21 @@ def test_no_ray_is_offered_one_of_few_primitives_twice(n: int) -> None:
         assert pairs[0].max() < n
 
 
+def test_blocks_that_a_ball_fills_are_known() -> None:
+    """Their rays meet it but for few, and they are most of those that a large ball meets."""
+    rng = np.random.default_rng(32)
+    geometry = Geometry.of(scene_with([sphere((0, 0, -10), 3.0)]))
+    aim = np.repeat(rng.uniform(-4, 4, (3, 400)), 64, axis=1) + 0.1 * rng.normal(size=(3, 25_600))
+    aim[2] = -10.0
+    rays = Rays(np.zeros_like(aim), aim, np.zeros(25_600))
+    spheres, every = geometry.spheres, np.arange(400)
+    sieve = Round(spheres.center, spheres.radius, np.full(25_600, np.inf))
+    filled = sieve.filled(rays.blocks, every, np.zeros_like(every))
+    met = (nearest(geometry, SLIDES, rays.P0, rays.d, 0.0).object >= 0).reshape(400, 64)
+    assert met[filled].mean() > 0.95
+    assert met[filled].sum() > 0.6 * met.sum()
+
+
 def test_a_triangle_whose_normal_has_no_square_is_seen() -> None:
     """The square of what is 1e-162 long is a few of the least numbers that there are: divided by
     the root of that, the normal would be half as long again, and the plane elsewhere.
