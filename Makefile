@@ -34,7 +34,7 @@ test: $(READY) $(TESTABLE)  ## lint, format, types, architecture, tests
 
 bench: $(READY) $(TESTABLE)  ## minirt's speed beside that of whatever else is here
 	$(BIN)/pytest tests/bench -c tests/bench/pytest.toml --benchmark-json=bench.json
-	$(BIN)/python tests/bench/bench_table.py bench.json
+	$(BIN)/python -m tests.bench.bench_table bench.json
 
 setup: $(READY)  ## only set up .venv
 

@@ -57,7 +57,7 @@ def scene_to_trimesh(scene: Scene) -> trimesh.Scene:
 
 
 def write_mesh(vertices: Floats, faces: Ints, path: str | Path) -> None:
-    """Write triangles to a file that `minirt.shapes.mesh.read_mesh` takes back; atomic.
+    """Write triangles to a file that `minirt.mesh_files.read.read_mesh` takes back; atomic.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from minirt.errors import InputError
-from minirt.schema import LARGEST, SMALLEST
+from minirt.scene_file.schema import LARGEST, SMALLEST
 from minirt.vectors import Floats
 
 

@@ -10,8 +10,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from minirt import raster
-from minirt.bvh import Tree, build
+from minirt.culling import raster
+from minirt.culling.bvh import Tree, build
 from minirt.memory import require_memory
 from minirt.scene import Facets, Scene, Sphere
 from minirt.vectors import Floats, Index, Ints, cross, dot, norm
@@ -71,7 +71,7 @@ class Triangles:
 
     @cached_property
     def patches(self) -> Floats:
-        """Their planes, within their edges, (m, 4, 4): see `minirt.sieves.Flat`."""
+        """Their planes, within their edges, (m, 4, 4): see `minirt.culling.sieves.Flat`."""
         N = _unit_or_zero(self.N)
         patches = np.empty((N.shape[1], 4, 4))
         patches[:, 0, :3], patches[:, 0, 3] = N.T, dot(self.a, N)
@@ -173,7 +173,7 @@ class Geometry:
 
     @cached_property
     def polygon_patches(self) -> Floats:
-        """The polygons' planes, within their boxes, (m, 5, 4): see `minirt.sieves.Flat`."""
+        """The polygons' planes, within their boxes, (m, 5, 4): see `minirt.culling.sieves.Flat`."""
         lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
         facets = [polygon.facets for polygon in self.polygons]
         N = _unit_or_zero(np.concatenate([each.plane for each in facets], axis=1))

@@ -6,11 +6,11 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 
 import numpy as np
 
-from minirt.cells import CELL, SIDE, cells, pixels_of, squares
+from minirt.culling.cells import CELL, SIDE, cells, pixels_of, squares
+from minirt.culling.offers import few, may_show
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
 from minirt.memory import require_memory
-from minirt.offers import few, may_show
 from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene

@@ -13,12 +13,10 @@ import numpy as np
 from pydantic import ValidationError
 
 from minirt.errors import SceneError
-from minirt.faults import first_fault, shortened
-from minirt.look_at import resolve_look_at
+from minirt.mesh_files.read import read_mesh
 from minirt.mesh_files.transform import transform_points
-from minirt.scene_text import atlas_names as atlas_names
-from minirt.scene_text import decode, read_text
-from minirt.schema import (
+from minirt.scene_file.look_at import resolve_look_at
+from minirt.scene_file.schema import (
     LARGEST,
     MAX_PIXELS,
     SMALLEST,
@@ -31,8 +29,10 @@ from minirt.schema import (
     ScreenModel,
     SphereModel,
 )
+from minirt.scene_file.text import atlas_names as atlas_names
+from minirt.scene_file.text import decode, read_text
+from minirt.scene_file.validation import first_fault, shortened
 from minirt.screen import VirtualScreen
-from minirt.shapes.mesh import read_mesh
 from minirt.shapes.plane import edge_normal
 from minirt.shapes.polygon import fan, polygon_fault, polygon_normal
 from minirt.vectors import Floats, Ints, dot, norm

@@ -8,10 +8,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.beams import Rays
+from minirt.culling.beams import Rays
+from minirt.culling.offers import Offers, Pairs
 from minirt.geometry import Fans, Geometry
 from minirt.memory import keep_freed_memory
-from minirt.offers import Offers, Pairs
 from minirt.rules import Rules
 from minirt.shapes.triangle import Meeting
 from minirt.vectors import Bools, Floats, Index, Ints, take

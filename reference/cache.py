@@ -29,9 +29,9 @@ from minirt.errors import InputError
 from minirt.frame import Array, Frame
 from minirt.render import frame_meta
 from minirt.scene import Facets, Scene
+from reference.compare.stability import Exact, Stability, exact_answer, stability_of
 from reference.identity import source_digest
 from reference.source import Declared, Reference, Rendering, Reproducible
-from reference.stability import Exact, Stability, exact_answer, stability_of
 
 #: Bytes on disk beyond which what was not used for longest is removed.
 MOST_BYTES = 6 * 2**30
@@ -60,7 +60,7 @@ class Cache:
     most_bytes: int = MOST_BYTES
 
     def exact(self, scene: Scene) -> Exact:
-        """minirt's own answer: see `reference.stability.exact_answer`."""
+        """minirt's own answer: see `reference.compare.stability.exact_answer`."""
         key = _key("exact", scene)
         found = self._get(key)
         if found is None:
@@ -71,7 +71,7 @@ class Cache:
         return Exact(scene, Frame(found, frame_meta(scene)), signature)
 
     def stability(self, exact: Exact, declared: Declared, names: Collection[str]) -> Stability:
-        """How stable it is: see `reference.stability.stability_of`."""
+        """How stable it is: see `reference.compare.stability.stability_of`."""
         error = repr(replace(declared, derivation=""))
         key = _key("stability", exact.scene, error, *sorted(names))
         found = self._get(key)

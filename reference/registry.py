@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from minirt.errors import InputError
-from reference.renderers.embree import EmbreeReference
-from reference.renderers.llvm import find_llvm
-from reference.renderers.mitsuba import MitsubaReference
-from reference.renderers.mitsuba_cli import MitsubaCommand
-from reference.renderers.povray import PovrayReference
-from reference.renderers.pyrender import PyrenderReference
+from reference.renderers.embree.source import EmbreeReference
+from reference.renderers.mitsuba.cli import MitsubaCommand
+from reference.renderers.mitsuba.llvm import find_llvm
+from reference.renderers.mitsuba.source import MitsubaReference
+from reference.renderers.povray.source import PovrayReference
+from reference.renderers.pyrender.source import PyrenderReference
 from reference.source import Reference
 
 #: Every reference, by its name. None imports its renderer before it renders.

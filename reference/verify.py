@@ -11,19 +11,19 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from converters.frames import read_frame, write_frame
+from converters.frames.files import read_frame, write_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.render import require_room
 from minirt.scene import Scene
 from reference.cache import Cache, timed_rendering, usual_folder
-from reference.cluster import Cluster
-from reference.compare import Check, Comparison, State, compare, without_answer
+from reference.compare.comparison import Check, Comparison, State, compare, without_answer
+from reference.compare.quorum import Draw, Quorum, quorum_of
+from reference.compare.stability import Exact, Stability, exact_answer, stability_of
 from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
-from reference.isolate import Job, Workers
-from reference.quorum import Draw, Quorum, quorum_of
+from reference.jobs.cluster import Cluster
+from reference.jobs.isolate import Job, Workers
 from reference.source import Declared, NoAnswer, Reference, Unsupported
-from reference.stability import Exact, Stability, exact_answer, stability_of
 
 #: Seconds that a reference may take for one scene.
 TIMEOUT = 300.0

@@ -18,11 +18,11 @@ from typing import Any, Literal
 import numpy as np
 
 from minirt import __version__, load_scene
-from reference.isolate import Workers
+from reference.jobs.isolate import Workers
+from reference.jobs.sandbox import sandbox_missing, sandbox_version
 from reference.registry import REFERENCES, choose_references
-from reference.renderers.llvm import OLDEST, VARIABLE, find_llvm
-from reference.renderers.mitsuba_cli import find_command
-from reference.sandbox import sandbox_missing, sandbox_version
+from reference.renderers.mitsuba.cli import find_command
+from reference.renderers.mitsuba.llvm import OLDEST, VARIABLE, find_llvm
 from reference.source import Reference
 
 #: Seconds for a picture of 192 pixels; a cold start of Mitsuba takes some two.

@@ -12,20 +12,20 @@ from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.cache import Cache
-from reference.cluster import Cluster
+from reference.jobs.cluster import Cluster
 from reference.source import Reference
 from reference.verify import TIMEOUT, Diagnose, SceneResult, verify
-from reports.baseline import Baseline
-from reports.before import Before
-from reports.digest import agreement_of, digest_of
-from reports.junit import junit_xml
-from reports.kills import KillMatrix
-from reports.page import report_html
-from reports.portrait import portrayed
-from reports.provenance import provenance, without_passwords
-from reports.record import Run, results_json
-from reports.summary import summary_markdown
-from reports.verdict import decide
+from reports.history.before import Before
+from reports.page.portrait import portrayed
+from reports.page.report import report_html
+from reports.results.baseline import Baseline
+from reports.results.digest import agreement_of, digest_of
+from reports.results.junit import junit_xml
+from reports.results.kills import KillMatrix
+from reports.results.provenance import provenance, without_passwords
+from reports.results.record import Run, results_json
+from reports.results.summary import summary_markdown
+from reports.results.verdict import decide
 
 #: Called with a result and the number of scenes when one more scene is done.
 Progress = Callable[[SceneResult, int], None]

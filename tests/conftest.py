@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from postgres_server import Server, running
+
+from tests.helpers.postgres_server import Server, running
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from minirt.scene import Scene
-from reference.compare import Comparison
+from reference.compare.comparison import Comparison
 
 #: Pixels of the seeded sample, and the most that dissenting references bring before the judge.
 SAMPLE, MOST_DISSENTING = 500, 500

@@ -11,14 +11,14 @@ from typing import Literal
 
 import numpy as np
 
-from converters.frames import read_frame
+from converters.frames.files import read_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
-from reference.compare import Check, Comparison, compare
-from reference.isolate import Job, Outcome, Workers
+from reference.compare.comparison import Check, Comparison, compare
+from reference.compare.stability import Stability, exact_answer, stability_of
+from reference.jobs.isolate import Job, Outcome, Workers
 from reference.source import Reference, Unsupported
-from reference.stability import Stability, exact_answer, stability_of
 from reference.verify import TIMEOUT, Answered, render_by
 
 

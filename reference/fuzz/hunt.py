@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from functools import partial
 
 from minirt.scene import Scene, load_scene
-from reference.cluster import Cluster, Job, in_order
 from reference.fuzz.bench import Bench, Trial
 from reference.fuzz.scenes import mesh_folder, scene_document
 from reference.fuzz.shrink import Shrunk, shrink
+from reference.jobs.cluster import Cluster, Job, in_order
 from reference.source import Reference
 from reference.verify import TIMEOUT
 

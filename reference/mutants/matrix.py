@@ -11,12 +11,12 @@ import numpy as np
 from minirt.frame import Frame
 from minirt.quantities import STAGES, Stage
 from minirt.scene import Facets, Scene, load_scene
-from reference.compare import Comparison, compare
+from reference.compare.comparison import Comparison, compare
+from reference.compare.stability import Exact, Stability, exact_answer, stability_of
 from reference.mutants import CATALOGUE, HONEST
 from reference.mutants.mutant import Mutant
 from reference.mutants.thin_gap import THIN_GAP
 from reference.source import Declared
-from reference.stability import Exact, Stability, exact_answer, stability_of
 
 #: Columns and rows of the pictures.
 SIZE = (48, 36)

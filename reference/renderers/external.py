@@ -16,17 +16,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from converters.casts import as_quantity, check_size
-from converters.frames import read_frame
+from converters.frames.casts import as_quantity, check_size
+from converters.frames.files import read_frame
 from converters.placement import IDENTITY, fitted_placement
 from converters.scene_folder import plain_document, write_scene_folder
 from minirt.errors import InputError, MinirtError, ReferenceError
 from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.precision import Claim, declared
-from reference.program import Limits, plain_files, run_program, sandbox_missing
-from reference.renderers.mitsuba_cli import export_aov, read_aov
+from reference.compare.precision import Claim, declared
+from reference.jobs.program import Limits, plain_files, run_program, sandbox_missing
+from reference.renderers.mitsuba.cli import export_aov, read_aov
 from reference.source import Crashed, Declared, NoAnswer, Rendering, TimedOut, Unsupported
 
 #: What a program is handed: minirt's own JSON, or the scene in another program's language.
@@ -248,7 +248,7 @@ def _hand_over(scene: Scene, scene_as: SceneAs, out_as: OutAs, room: Path) -> Pa
     if scene_as == "json":
         return write_scene_folder(scene, folder)
     if scene_as == "mitsuba":
-        from converters.mitsuba import camera_fault, export_mitsuba
+        from converters.mitsuba.scene import camera_fault, export_mitsuba
 
         fault = camera_fault(scene.screen)
         if fault:
@@ -262,7 +262,7 @@ def _hand_over(scene: Scene, scene_as: SceneAs, out_as: OutAs, room: Path) -> Pa
 
         export_obj(scene, folder)
         return folder / "scene.obj"
-    from converters.povray import export_povray
+    from converters.povray.scene import export_povray
 
     folder.mkdir()
     export_povray(scene, folder / "scene.pov")

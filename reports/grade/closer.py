@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from minirt.explain import explain
+from minirt.explain.pixel import explain
 from minirt.quantities import QUANTITIES
-from reference.diagnose import Diagnosis, diagnose
-from reports.explain_text import explanation_text
+from reference.diagnose.by_mutant import Diagnosis, diagnose
+from reports.explain.second_opinion import Row, rows_at
+from reports.explain.text import explanation_text
 from reports.grade.assignment import Sheet
 from reports.grade.judge import Desk, SheetResult, judged_again
 from reports.grade.submission import Opened
-from reports.json_model import Model, Natural
-from reports.second_opinion import Row, rows_at
-from reports.words import number, values
+from reports.results.json_model import Model, Natural
+from reports.results.words import number, values
 
 
 class Line(Model):

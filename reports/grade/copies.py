@@ -8,7 +8,7 @@ from itertools import combinations
 
 from reports.grade.judge import SheetResult
 from reports.grade.record import Copy, Student
-from reports.words import count, listed
+from reports.results.words import count, listed
 
 #: The share of the frames, of whoever gave fewer, that must be the same.
 _ENOUGH = 0.5

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from reference.verify import Evidence
-from reports.pictures import (
+from reports.page.pictures import (
     Span,
     has_scale,
     ratio_png,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from minirt.errors import InputError
-from reference.rooms import excess, plain_files
+from reference.jobs.scratch_folders import excess, plain_files
 from reports.grade.unpack import MOST_BYTES, MOST_FILES, MOST_PACKED
 
 

@@ -9,14 +9,14 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from converters.frames import read_frame, write_frame
+from converters.frames.files import read_frame, write_frame
 from minirt.errors import MinirtError
 from minirt.quantities import QUANTITIES, STAGES
 from reference.cache import Cache
-from reference.compare import CERTAIN_FLOOR, Comparison, compare
-from reference.isolate import Outcome
-from reference.precision import Claim, Precision, declared
-from reference.rooms import remove
+from reference.compare.comparison import CERTAIN_FLOOR, Comparison, compare
+from reference.compare.precision import Claim, Precision, declared
+from reference.jobs.isolate import Outcome
+from reference.jobs.scratch_folders import remove
 from reference.source import Crashed, Rendering, Unsupported
 from reference.verify import Evidence
 from reports.grade.assignment import Assignment, Sheet
@@ -24,7 +24,7 @@ from reports.grade.draw import draw
 from reports.grade.fingerprint import fingerprint, is_rounded
 from reports.grade.parts import Tally, charged, speaks_of, tally
 from reports.grade.submission import Opened, subject_of
-from reports.json_model import Model, Natural
+from reports.results.json_model import Model, Natural
 
 #: The formats in which numbers come: of .npz, and of everything else.
 _HANDED: tuple[Precision, ...] = ("float64", "float32")

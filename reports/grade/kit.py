@@ -10,7 +10,7 @@ from minirt.scene import load_scene
 from reports.grade.assignment import Assignment
 
 _SCRIPTS = ("setup.sh", "run_autograder")
-_KIT = Path(__file__).parents[1] / "kit"
+_KIT = Path(__file__).parents[1] / "gate" / "kit"
 
 
 def write_kit(assignment: Assignment, rubric: Path, folder: Path) -> None:

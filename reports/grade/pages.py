@@ -10,7 +10,6 @@ from statistics import median
 from typing import Any
 
 from minirt.quantities import QUANTITIES
-from reports.colors import HATCH, RING, css
 from reports.grade.closer import Closer
 from reports.grade.draw import DRAWN, PICTURES
 from reports.grade.judge import SheetResult
@@ -26,10 +25,11 @@ from reports.grade.words import (
     points,
     sheet_in_words,
 )
-from reports.legends import bands
-from reports.page_template import template
-from reports.rule_names import RULE_NAMES
-from reports.words import count
+from reports.page.colors import HATCH, RING, css
+from reports.page.legends import bands
+from reports.page.template import template
+from reports.results.rule_names import RULE_NAMES
+from reports.results.words import count
 
 _CAPTIONS = {"ours": "right", "theirs": "yours", "difference": "difference"}
 #: Columns of the histogram.

@@ -17,8 +17,8 @@ from minirt.quantities import STAGES
 from reports.grade.closer import Closer
 from reports.grade.judge import SheetResult
 from reports.grade.score import Marks
-from reports.json_model import Model
-from reports.words import one_line
+from reports.results.json_model import Model
+from reports.results.words import one_line
 
 #: Names that are a folder's name as they are.
 _SAFE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]{0,59}")

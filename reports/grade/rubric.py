@@ -11,8 +11,8 @@ from pydantic import AwareDatetime, Field, ValidationError, model_validator
 
 from minirt.errors import InputError
 from minirt.quantities import QUANTITIES, Stage
-from reference.precision import Precision
-from reports.json_model import Model
+from reference.compare.precision import Precision
+from reports.results.json_model import Model
 
 #: Bytes beyond which a file is no rubric.
 _LONGEST = 2**20

@@ -16,11 +16,12 @@ import numpy as np
 from converters.atomic import atomic_folder
 from minirt.errors import InputError, MinirtError, ReferenceError
 from reference.cache import usual_folder
-from reference.cluster import Cluster, Job
 from reference.identity import PACKAGES, source_digest
-from reference.isolate import Workers
-from reference.program import sandbox_missing
-from reference.rooms import remove
+from reference.jobs.cluster import Cluster, Job
+from reference.jobs.isolate import Workers
+from reference.jobs.program import sandbox_missing
+from reference.jobs.scratch_folders import remove
+from reports.cli.subject_options import GRACE
 from reports.grade.assignment import Sheet
 from reports.grade.closer import Closer, look_closer
 from reports.grade.copies import find_copies
@@ -38,9 +39,8 @@ from reports.grade.rubric import Rubric
 from reports.grade.score import Speaking, days_late, marks_of
 from reports.grade.student_files import write_student
 from reports.grade.submission import Opened, build, digest_of, open_submission
+from reports.results.words import count, listed
 from reports.run import made_folder
-from reports.subject import GRACE
-from reports.words import count, listed
 
 #: Failing scenes of a student that are explained: the first, and the next of another stage.
 _EXPLAINED = 2

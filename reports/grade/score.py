@@ -12,7 +12,7 @@ from reports.grade.assignment import Assignment
 from reports.grade.judge import SheetResult
 from reports.grade.parts import credit
 from reports.grade.rubric import Late
-from reports.json_model import Model, Natural
+from reports.results.json_model import Model, Natural
 
 #: By scene and number: whether it speaks of each part; found out by minirt's own answer.
 Speaking = Mapping[tuple[str, int], tuple[bool, ...]]

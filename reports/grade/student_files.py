@@ -21,7 +21,7 @@ from reports.grade.words import (
     points,
     sheet_in_words,
 )
-from reports.words import plain
+from reports.results.words import plain
 
 
 def write_student(student: Student, title: str, places: dict[str, Path], folder: Path) -> None:

@@ -16,13 +16,13 @@ from pydantic import Field, ValidationError
 
 from minirt.errors import InputError
 from minirt.scene import Scene
-from reference.precision import Claim, Precision
-from reference.program import Limits, plain_files, run_program
+from reference.compare.precision import Claim, Precision
+from reference.jobs.program import Limits, plain_files, run_program
 from reference.renderers.external import CommandSubject, FramesSubject, OutAs, SceneAs
 from reports.grade.rubric import Bounds, Rubric, first_fault
 from reports.grade.unpack import MOST_BYTES, SUFFIXES, take
-from reports.json_model import Model
-from reports.words import plain
+from reports.results.json_model import Model
+from reports.results.words import plain
 
 #: The file that says how a submission is built and run.
 MANIFEST = "minirt.toml"

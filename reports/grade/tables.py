@@ -9,7 +9,7 @@ from junitparser import Failure, JUnitXml, TestCase, TestSuite
 
 from reports.grade.record import ClassRecord, Student
 from reports.grade.words import message_of, no_frames, part_in_words, points
-from reports.words import one_line
+from reports.results.words import one_line
 
 #: What a spreadsheet takes for the beginning of a formula.
 _FORMULA = ("=", "+", "-", "@")

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import IO
 
 from minirt.errors import InputError
-from reference.rooms import MOST_LEVELS, excess, plain_files, size_text
+from reference.jobs.scratch_folders import MOST_LEVELS, excess, plain_files, size_text
 
 #: What a submission may hold: files, bytes in all, bytes of its archive.
 MOST_FILES = 5_000

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from minirt.quantities import QUANTITIES
-from reference.compare import State
-from reports.before import CellName
+from reference.compare.comparison import State
+from reports.history.before import CellName
 from reports.history.entry import CellEntry, Entry
-from reports.words import COMPARED, UNANSWERED, share, times
+from reports.results.words import COMPARED, UNANSWERED, share, times
 
 Kind = Literal["worse", "better", "higher", "lower", "changed", "new", "gone"]
 

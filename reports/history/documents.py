@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from reports.before import Point
+from reports.history.before import Point
 from reports.history.difference import Difference
 from reports.history.entry import CellEntry, Entry
 from reports.history.trends import changes_of
-from reports.json_model import spelled
+from reports.results.json_model import spelled
 
 
 def difference_document(found: Difference) -> dict[str, Any]:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from reference.compare import State
-from reports.before import CellName
-from reports.json_model import Number
-from reports.record import AnswerModel, CheckModel, ResultsModel, SceneModel
-from reports.results_file import read_results
-from reports.words import COMPARED, UNANSWERED, one_line, plain
+from reference.compare.comparison import State
+from reports.history.before import CellName
+from reports.results.file import read_results
+from reports.results.json_model import Number
+from reports.results.record import AnswerModel, CheckModel, ResultsModel, SceneModel
+from reports.results.words import COMPARED, UNANSWERED, one_line, plain
 
 #: Longest name of a scene or a reference in a history; longer ones are cut.
 LONGEST_NAME = 255
@@ -175,7 +175,7 @@ def read_entry(path: Path) -> Entry:
     Raises
     ------
     InputError
-        As for `reports.results_file.read_results`.
+        As for `reports.results.file.read_results`.
     """
     return _entry(read_results(path))
 

@@ -13,8 +13,8 @@ from reports.history.text import (
     sentence_of,
     verdict_of,
 )
-from reports.page_template import template
-from reports.words import count
+from reports.page.template import template
+from reports.results.words import count
 
 #: Cells of a page; more of one kind are counted, not shown.
 MOST_CELLS = 2000

@@ -19,7 +19,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, SQLAlch
 from sqlalchemy.pool import NullPool
 
 from minirt.errors import InputError
-from reports.words import one_line
+from reports.results.words import one_line
 
 #: Seconds to wait for another writer, and for a server to answer.
 PATIENCE, CONNECTING = 60, 10

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reports.before import Point
+from reports.history.before import Point
 from reports.history.trends import Change
-from reports.words import count, times
+from reports.results.words import count, times
 
 #: Size of the drawing in its own units, and the room that its marks need at each edge.
 WIDTH, HEIGHT, EDGE = 260.0, 46.0, 5.0

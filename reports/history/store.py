@@ -29,7 +29,7 @@ from sqlalchemy import (
 from sqlalchemy.exc import IntegrityError
 
 from minirt.errors import InputError
-from reports.before import Before, Point, Standing
+from reports.history.before import Before, Point, Standing
 from reports.history.entry import Entry, kept_name, series_of
 from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, read_only, telling
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row

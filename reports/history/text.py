@@ -9,11 +9,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reports.before import Point
+from reports.history.before import Point
 from reports.history.difference import KINDS, Difference, Kind, Moved, figure_of
 from reports.history.entry import CellEntry, Entry
 from reports.history.trends import HIGHEST, LOWEST, Change
-from reports.words import ICONS, count, one_line, share, times
+from reports.results.words import ICONS, count, one_line, share, times
 
 #: Cells of one kind that are listed one by one; the page has them all.
 MOST_LINES = 30

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.before import Point
-from reports.words import times
+from reports.history.before import Point
+from reports.results.words import times
 
 #: Least runs on each side of a step, and most that are looked at.
 LEAST, MOST = 3, 10

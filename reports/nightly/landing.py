@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from reports.before import Point
+from reports.history.before import Point
 from reports.history.difference import difference
 from reports.history.entry import Entry
 from reports.history.pages import rendered
@@ -23,8 +23,8 @@ from reports.history.text import (
 from reports.history.trends import Change, changes_of
 from reports.nightly.night import Night, nights, unreadable, write
 from reports.nightly.steps import previous_run
-from reports.summary import escaped
-from reports.words import count, times
+from reports.results.summary import escaped
+from reports.results.words import count, times
 
 #: Runs of each scene that the page draws, and changes that it lists.
 MOST_RUNS, MOST_CHANGES = 60, 40

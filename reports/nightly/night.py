@@ -21,7 +21,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, ValidationError
 
 from converters.atomic import atomic_file
-from reports.json_model import Model, Natural
+from reports.results.json_model import Model, Natural
 
 #: A killed night is gone on with for so long; then a new one begins.
 RESUMABLE = timedelta(hours=24)

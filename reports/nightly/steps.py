@@ -12,29 +12,29 @@ from typing import Any
 
 from minirt.errors import MinirtError
 from minirt.scene import Scene
-from reference.cluster import Cluster
 from reference.fuzz.bench import Bench
 from reference.fuzz.hunt import HUNT_FLOOR, Failure, Hunt, hunt
+from reference.jobs.cluster import Cluster
 from reference.source import Reference
-from reports.cli_fuzz import hunt_document
-from reports.cli_mutants import (
+from reports.cli.fuzz import hunt_document
+from reports.cli.history_options import known_before
+from reports.cli.mutants import (
     chosen_mutants,
     mutants_document,
     mutants_sentence,
     mutants_status,
     run_mutants,
 )
-from reports.fuzz_case import write_case
+from reports.fuzz.case import write_case
 from reports.history.difference import difference
 from reports.history.entry import Entry, read_entry
 from reports.history.pages import compare_html
 from reports.history.store import History
 from reports.history.text import verdict_of
-from reports.history_option import known_before
-from reports.kills import read_kills
 from reports.nightly.night import Night, StepModel, write
+from reports.results.kills import read_kills
+from reports.results.words import count, one_line, share
 from reports.run import REPORTS, run_verify
-from reports.words import count, one_line, share
 
 #: Seconds of fuzzing after which what was found is noted, and scenes of one seed.
 ROUND, MOST_SCENES = 60.0, 500

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from converters.frames import read_frame
+from converters.frames.files import read_frame
 from minirt.errors import MinirtError
 from minirt.frame import Array
 from minirt.render import render
 from minirt.scene import load_scene
-from reference.isolate import Workers
+from reference.jobs.isolate import Workers
 from reports.pack.manifest import (
     CHECKSUM,
     MANIFEST,

@@ -13,18 +13,17 @@ from typing import Any
 import numpy as np
 
 from converters.atomic import atomic_folder, require_replaceable
-from converters.frames import write_frame
+from converters.frames.files import write_frame
 from converters.scene_folder import write_scene_folder
 from minirt.errors import InputError, ReferenceError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from minirt.version import __version__
-from reference.isolate import Workers
-from reference.precision import Claim, Precision, declared
+from reference.compare.precision import Claim, Precision, declared
+from reference.compare.stability import Exact, Stability, exact_answer, stability_of
+from reference.jobs.isolate import Workers
 from reference.source import Reference
-from reference.stability import Exact, Stability, exact_answer, stability_of
 from reference.verify import TIMEOUT, SceneResult, verify
-from reports.findings import scene_state
 from reports.pack.manifest import (
     CHECKSUM,
     MANIFEST,
@@ -39,7 +38,8 @@ from reports.pack.manifest import (
     write_manifest,
 )
 from reports.pack.sheet import write_sheet
-from reports.verdict import decide
+from reports.results.findings import scene_state
+from reports.results.verdict import decide
 
 #: The number formats that a pack says tolerances for.
 PRECISIONS: tuple[Precision, ...] = ("float64", "float32", "half")

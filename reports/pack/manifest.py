@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError
 
 from minirt.errors import InputError
 from minirt.frame import Array
-from reports.json_model import Model, Natural, Number
+from reports.results.json_model import Model, Natural, Number
 
 #: The manifest, and the file with its own SHA-256, as `sha256sum -c` takes it.
 MANIFEST, CHECKSUM = "manifest.json", "manifest.sha256"

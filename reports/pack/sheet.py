@@ -11,9 +11,9 @@ from PIL import Image, ImageDraw, ImageFont
 from minirt.frame import Array, Frame, has_numbers
 from minirt.quantities import QUANTITIES
 from minirt.vectors import Bools
-from reports.colors import CATEGORIES, HATCH, MASK_WORDS, MASKS, NOTHING, viridis
-from reports.pictures import Span, channels, span_of, value_png
-from reports.words import number
+from reports.page.colors import CATEGORIES, HATCH, MASK_WORDS, MASKS, NOTHING, viridis
+from reports.page.pictures import Span, channels, span_of, value_png
+from reports.results.words import number
 
 _COLUMNS, _MARGIN, _HEAD, _FOOT = 4, 16, 24, 22
 _PAPER, _INK, _SOFT = (255, 255, 255), (24, 28, 34), (92, 99, 109)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reports.page_template import template
+from reports.page.template import template
 from reports.speed.results import Case, Kind, Speed
 from reports.speed.table import origin
 

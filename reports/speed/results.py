@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from reports.json_model import Model, Natural
+from reports.results.json_model import Model, Natural
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 #: Ever more spheres; one mesh in ever more triangles; another mesh; rays without order; an image.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from reports.results.words import count
 from reports.speed.results import Growth, Speed
-from reports.words import count
 
 #: What the growth of the time to build a tree is over.
 TREE = "triangles, their tree built"

@@ -6,12 +6,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench_cases import BALLS, CASES, IMAGES, INCOHERENT, SPHERES, count, incoherent_rays, scene_of
-from bench_timing import timed
-from bench_tracers import TRACERS, Tracer, some
 
 import minirt
 from minirt.vectors import Floats
+from tests.bench.bench_cases import (
+    BALLS,
+    CASES,
+    IMAGES,
+    INCOHERENT,
+    SPHERES,
+    count,
+    incoherent_rays,
+    scene_of,
+)
+from tests.bench.bench_timing import timed
+from tests.bench.bench_tracers import TRACERS, Tracer, some
 
 #: Rays whose t may differ from minirt's by more than single precision: those along edges.
 _STRAY = 0.01

@@ -9,13 +9,13 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from bench_cases import BALLS, INCOHERENT, count, image_scene, incoherent_rays, scene_of
-from bench_timing import timed
 
 import minirt
 from minirt.geometry import Geometry
 from minirt.rules import SLIDES
 from minirt.trace import nearest
+from tests.bench.bench_cases import BALLS, INCOHERENT, count, image_scene, incoherent_rays, scene_of
+from tests.bench.bench_timing import timed
 
 #: Loads and renders a scene in a process of its own, and prints the most memory that it had.
 _MEMORY = """

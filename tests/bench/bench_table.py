@@ -15,15 +15,15 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bench_tracers import TRACERS
 from rich.console import Console
 from rich.table import Table
 
-from reference.renderers.povray_run import find_povray, povray_version
-from reports.provenance import provenance
+from reference.renderers.povray.run import find_povray, povray_version
+from reports.results.provenance import provenance
 from reports.speed import table
 from reports.speed.plot import plot_svg
 from reports.speed.results import Case, Growth, Kind, Speed, fitted, speed_json
+from tests.bench.bench_tracers import TRACERS
 
 ROOT = Path(__file__).parents[2]
 #: Between these lines the README has what was measured.

@@ -17,16 +17,16 @@ import trimesh
 
 import minirt
 from converters.placement import fitted_placement
-from converters.povray import povray_scene
+from converters.povray.scene import povray_scene
 from minirt.geometry import Geometry
 from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Scene, Sphere
 from minirt.trace import nearest
 from minirt.vectors import Floats, Index
-from reference.renderers.llvm import find_llvm
-from reference.renderers.mitsuba_world import load_world, start
-from reference.renderers.povray_run import find_povray
+from reference.renderers.mitsuba.llvm import find_llvm
+from reference.renderers.mitsuba.world import load_world, start
+from reference.renderers.povray.run import find_povray
 
 #: Of a scene: t of the first hits of rays, whose origins are (3,) or (n, 3), directions (n, 3).
 Shoot: TypeAlias = Callable[[Scene], Callable[[Floats, Floats], Floats | None]]

@@ -1,0 +1,1 @@
+"""Frames in files: NumPy archives, OpenEXR, folders of single images."""

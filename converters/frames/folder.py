@@ -1,0 +1,104 @@
+"""A frame as a folder of single images, for programs that can write nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from converters.frames.casts import Size
+from converters.frames.meta import meta_text, parse_meta
+from converters.frames.npz import read_npy
+from converters.frames.single_image import SUFFIXES, read_single, write_single
+from minirt.errors import InputError
+from minirt.frame import Frame
+from minirt.quantities import QUANTITIES
+
+Array = NDArray[Any]
+
+META_FILE = "meta.json"
+#: A picture for people, beside the numbers of `color`.
+_VIEWED = "color.png"
+_MAX_META_BYTES = 2**20
+
+
+def write_folder(frame: Frame, folder: Path, suffixes: Mapping[str, str]) -> None:
+    """Write each quantity into an empty folder. Not atomic; see `converters.frames.files`.
+
+    Without a wish in `suffixes`, the masks that PNG can hold become PNG: `hit`, and `shadow`
+    where `hit` is there to say where it applies: black there is 0 as well as −1, nothing hit.
+    Everything else becomes OpenEXR, `color` with a `color.png` beside it for people to look at.
+
+    Raises
+    ------
+    InputError
+        A wish for an unknown quantity or format, or for one that cannot hold the quantity.
+    """
+    unknown = sorted(set(suffixes) - set(QUANTITIES))
+    if unknown:
+        raise InputError("unknown quantity", got=unknown[0], expected=", ".join(QUANTITIES))
+    masks = {"hit", "shadow"} if "hit" in frame else {"hit"}
+    for name in frame:
+        suffix = suffixes.get(name, ".png" if name in masks else ".exr")
+        write_single(frame, name, folder / f"{name}{suffix}")
+        if name == "color" and name not in suffixes:
+            write_single(frame, name, folder / _VIEWED)
+    (folder / META_FILE).write_text(meta_text(frame.meta), encoding="utf-8")
+
+
+def read_folder(folder: Path, expect: Size) -> Frame:
+    """Read every image that bears a quantity's name: NAME.png, .exr, .pfm, .npy, ….
+
+    Files that are no images are left alone, and so is `color.png` beside the numbers of `color`.
+    An image under another name is an error, since a slip such as `dept.exr` would else count as
+    'not given'.
+
+    Raises
+    ------
+    InputError
+    """
+    arrays: dict[str, Array] = {}
+    masked = False
+    for name, path in sorted(_images(folder).items()):
+        if path.suffix.lower() == ".npy":
+            arrays[name] = read_npy(path, QUANTITIES[name], expect)
+        else:
+            arrays[name], is_mask = read_single(path, QUANTITIES[name], expect)
+            masked = masked or (is_mask and name == "shadow")
+        expect = arrays[name].shape[0], arrays[name].shape[1]
+    if masked and "hit" in arrays:
+        shadow = QUANTITIES["shadow"]
+        arrays["shadow"][~arrays["hit"]] = shadow.miss  # which black and white cannot say
+    return Frame(arrays, _read_meta(folder / META_FILE))
+
+
+def _images(folder: Path) -> dict[str, Path]:
+    found: dict[str, Path] = {}
+    entries = sorted(folder.iterdir())
+    if any(p.stem == "color" and p.suffix.lower() in (".exr", ".npy", ".pfm") for p in entries):
+        entries = [path for path in entries if path.name != _VIEWED]
+    for path in entries:
+        if path.suffix.lower() not in SUFFIXES or path.name.startswith("."):
+            continue
+        if path.stem not in QUANTITIES or path.stem in found:
+            what = "a quantity stands twice" if path.stem in found else "unknown quantity"
+            raise InputError(
+                what, where=str(folder), got=path.name, expected=f"one of {', '.join(QUANTITIES)}"
+            )
+        found[path.stem] = path
+    if not found:
+        raise InputError(
+            "no image of a quantity in the folder",
+            where=str(folder),
+            expected="files such as hit.png, depth.pfm, normal.exr",
+        )
+    return found
+
+
+def _read_meta(path: Path) -> dict[str, str]:
+    if not path.is_file():
+        return {}
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        return parse_meta(stream.read(_MAX_META_BYTES), str(path))

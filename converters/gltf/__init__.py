@@ -1,0 +1,1 @@
+"""A scene as glTF 2.0."""

@@ -1,0 +1,189 @@
+"""A scene as one glTF 2.0 file (.glb) that any viewer opens: triangles, camera, light.
+
+What glTF has no words for is approximated:
+
+- a sphere is a polyhedron within 0.2 % of its radius (`converters.tessellate`), its normals exact;
+- a material is metallic-roughness: see `converters.gltf.materials`;
+- glTF's camera is centred, has no pixels of its own and cannot be mirrored. Where the screen is
+  off-axis the camera is the centred one that just contains it; where the picture is mirrored (u
+  runs to the left of somebody who looks at the screen, head along v), the camera's is not. The
+  screen itself goes with the camera, under ``extras``;
+- background, shadow colour, ε and max_depth are left out.
+
+Vertices are float32. Where that would cost a scene its digits, they are stored about its middle,
+and the root node puts them in their place: see `converters.placement`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from converters.atomic import atomic_file
+from converters.gltf.glb import Buffer
+from converters.gltf.materials import material_to_gltf, used_extensions
+from converters.placement import Placement, fitted_placement
+from converters.tessellate import ball_within
+from minirt.errors import InputError
+from minirt.scene import Object, Scene, Sphere
+from minirt.screen import VirtualScreen
+from minirt.vectors import Floats, Ints, cross, unit
+
+Description = dict[str, Any]
+
+#: Largest distance of a sphere's triangles from it, over its radius.
+CHORD_ERROR = 2e-3
+#: The camera's near plane over the scene's extent.
+_NEAR = 2.0**-10
+
+
+def export_gltf(scene: Scene, path: str | Path) -> None:
+    """Write a scene as one .glb file; atomic.
+
+    Raises
+    ------
+    InputError
+        Another suffix, or the path cannot be written.
+    """
+    if Path(path).suffix.lower() != ".glb":
+        raise InputError("not a name for binary glTF", where=str(path), expected="NAME.glb")
+    data = gltf_bytes(scene)
+    with atomic_file(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def gltf_bytes(scene: Scene) -> bytes:
+    """The scene as the bytes of a .glb file."""
+    buffer, placement = Buffer(), fitted_placement(scene)
+    meshes = _Meshes(scene, buffer, placement)
+    objects = [meshes.node(thing) for thing in scene.objects]
+    materials = [material_to_gltf(name, m) for name, m in scene.materials.items()]
+    count = len(objects)
+    root = {
+        "name": scene.name,
+        "translation": list(placement.center),
+        "scale": [1 / placement.scale] * 3,
+        **({"children": list(range(count))} if count else {}),
+    }
+    document = {
+        "asset": {"version": "2.0", "generator": "minirt"},
+        "scene": 0,
+        "scenes": [{"nodes": [count, count + 1, count + 2]}],
+        "nodes": [*objects, root, _camera_node(scene.screen), _light_node(scene)],
+        "meshes": meshes.found,
+        "cameras": [_camera(scene)],
+        "materials": materials,
+        "extensions": {"KHR_lights_punctual": {"lights": [_light(scene.light_color)]}},
+        "extensionsUsed": ["KHR_lights_punctual", *used_extensions(materials)],
+    }
+    return buffer.file(document)
+
+
+class _Meshes:
+    """The meshes of a file: one for each object of triangles, one for all spheres of a material.
+
+    Attributes
+    ----------
+    found : list of dict
+        In the order of their numbers.
+    """
+
+    def __init__(self, scene: Scene, buffer: Buffer, placement: Placement) -> None:
+        self.found: list[Description] = []
+        self._materials = {name: number for number, name in enumerate(scene.materials)}
+        self._buffer, self._placement = buffer, placement
+        self._balls: dict[str, int] = {}
+
+    def node(self, thing: Object) -> Description:
+        """The object's node; its mesh is made where there is none yet."""
+        if not isinstance(thing, Sphere):
+            mesh = self._add(thing.material, self._triangles(thing.vertices, thing.faces))
+            return {"name": thing.name, "mesh": mesh}
+        if thing.material not in self._balls:
+            self._balls[thing.material] = self._add(thing.material, self._sphere)
+        radius = self._placement.length(thing.radius) * (1 + ball_within(CHORD_ERROR).error)
+        return {
+            "name": thing.name,
+            "mesh": self._balls[thing.material],
+            "translation": self._placement.points(thing.center).tolist(),
+            "scale": [radius] * 3,
+        }
+
+    def _triangles(self, vertices: Floats, faces: Ints) -> Description:
+        points = self._buffer.add_points(self._placement.points(vertices))
+        return {"attributes": {"POSITION": points}, "indices": self._buffer.add_faces(faces)}
+
+    @cached_property
+    def _sphere(self) -> Description:
+        """The unit sphere: its points are its normals."""
+        ball = ball_within(CHORD_ERROR)
+        points = self._buffer.add_points(ball.vertices)
+        attributes = {"POSITION": points, "NORMAL": points}
+        return {"attributes": attributes, "indices": self._buffer.add_faces(ball.faces)}
+
+    def _add(self, material: str, triangles: Description) -> int:
+        self.found.append({"primitives": [triangles | {"material": self._materials[material]}]})
+        return len(self.found) - 1
+
+
+def _camera(scene: Scene) -> Description:
+    """The centred camera that just contains the screen; the screen itself under ``extras``."""
+    screen = scene.screen
+    width, height = max(-screen.l, screen.r), max(-screen.b, screen.t)
+    return {
+        "type": "perspective",
+        "perspective": {
+            "yfov": 2 * math.atan2(height, abs(screen.nu)),
+            "aspectRatio": width / height,
+            "znear": _NEAR * scene.extent,
+        },
+        "extras": {"screen": asdict(screen)},
+    }
+
+
+def _camera_node(screen: VirtualScreen) -> Description:
+    """A camera looks along −z, x to the right, y up; its frame is right-handed."""
+    z = -math.copysign(1.0, screen.nu) * np.array(screen.n)
+    y = np.array(screen.v)
+    return {"name": "screen", "camera": 0, "matrix": _matrix(cross(y, z), y, z, screen.P0)}
+
+
+def _light(color: tuple[float, float, float]) -> Description:
+    """π times the colour: a Lambertian surface then sends back diffuse · color · cos θ."""
+    brightest = max(color) or 1.0
+    return {
+        "type": "directional",
+        "color": [channel / brightest for channel in color],
+        "intensity": math.pi * max(color),
+    }
+
+
+def _light_node(scene: Scene) -> Description:
+    """A directional light shines along its node's −z."""
+    l = np.array(scene.light_direction)
+    z = -unit(l / np.abs(l).max())  # no overflow in the length
+    x = _sideways(z)
+    light = {"KHR_lights_punctual": {"light": 0}}
+    return {
+        "name": "light",
+        "matrix": _matrix(x, cross(z, x), z, scene.screen.P0),
+        "extensions": light,
+    }
+
+
+def _sideways(z: Floats) -> Floats:
+    """A unit vector perpendicular to the unit vector z."""
+    axis = np.zeros(3)
+    axis[np.abs(z).argmin()] = 1.0
+    return unit(cross(axis, z))
+
+
+def _matrix(x: Floats, y: Floats, z: Floats, origin: tuple[float, float, float]) -> list[float]:
+    """A node's matrix, column by column."""
+    columns = (*((*axis.tolist(), 0.0) for axis in (x, y, z)), (*origin, 1.0))
+    return [value for column in columns for value in column]

@@ -1,0 +1,1 @@
+"""A scene in Mitsuba 3's language."""

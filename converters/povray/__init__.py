@@ -1,0 +1,1 @@
+"""A scene in POV-Ray's language."""

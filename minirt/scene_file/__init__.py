@@ -1,0 +1,1 @@
+"""A scene's JSON: its schema, its text, its validation."""

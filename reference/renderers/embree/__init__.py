@@ -1,0 +1,1 @@
+"""Embree, through its Python binding; trimesh's own engine in its place."""

@@ -1,0 +1,1 @@
+"""Mitsuba 3, in Python and as its own command."""

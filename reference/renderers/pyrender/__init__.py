@@ -1,0 +1,1 @@
+"""pyrender, a rasteriser."""

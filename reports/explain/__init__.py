@@ -1,0 +1,1 @@
+"""One pixel, explained for people."""

@@ -1,0 +1,1 @@
+"""A fuzzing failure as files."""

@@ -1,0 +1,1 @@
+"""The gate for other implementations, beyond its command."""

@@ -1,0 +1,199 @@
+"""What the page says against the previous run: arrows, a trend line a scene, scenes that came."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from reference.compare.comparison import Check
+from reference.verify import SceneResult
+from reports.history.before import Before, CellName, Point, Standing
+from reports.history.trends import Change, changes_of
+from reports.page.cells import Cell
+from reports.results.findings import checks_of, scene_state, worst_check
+from reports.results.words import COMPARED, count, listed, one_line, times
+
+#: A worst error that grows or shrinks by less than this factor has not changed.
+_SAME = 1.1
+#: Size of a trend line in CSS pixels, and the least and largest ratio that it tells apart.
+_WIDTH, _HEIGHT, _LOW, _HIGH = 96, 24, 1e-3, 1e3
+
+
+@dataclass(frozen=True)
+class News:
+    """Scenes of this run beside those of the previous one, by name.
+
+    Attributes
+    ----------
+    new, removed, altered : tuple of str
+        An altered scene has its old name and another content.
+    renamed : tuple of (str, str)
+        Old and new name of the same content.
+    """
+
+    new: tuple[str, ...]
+    removed: tuple[str, ...]
+    altered: tuple[str, ...]
+    renamed: tuple[tuple[str, str], ...]
+
+
+def scene_news(before: Before, results: Sequence[SceneResult]) -> News:
+    """Which scenes came, went, changed their name or their content."""
+    now = {result.scene.name: result.scene.sha256 for result in results}
+    gone = {sha: name for name, sha in before.scenes.items() if name not in now}
+    came = {name: sha for name, sha in now.items() if name not in before.scenes}
+    renamed = tuple((gone[sha], name) for name, sha in came.items() if sha in gone)
+    old = {name for name, _ in renamed}
+    return News(
+        new=tuple(name for name, sha in came.items() if sha not in gone),
+        removed=tuple(name for name in gone.values() if name not in old),
+        altered=tuple(n for n, sha in now.items() if before.scenes.get(n, sha) != sha),
+        renamed=renamed,
+    )
+
+
+def arrow(check: Check, was: Standing | None) -> str:
+    """▲ where a cell is worse than it was, ▼ where it is better, nothing where it is neither."""
+    if was is None or was.state not in COMPARED or check.state not in COMPARED:
+        return ""
+    if was.state != check.state:
+        order = ("passed", "known", "failed")
+        return "▲" if order.index(check.state) > order.index(was.state) else "▼"
+    now, then = check.ratio or 0.0, was.ratio or 0.0
+    if now > then * _SAME:
+        return "▲"
+    return "▼" if now * _SAME < then else ""
+
+
+def with_arrow(cell: Cell, check: Check, was: Standing | None) -> Cell:
+    """A cell of the matrix that says how it has changed."""
+    sign = arrow(check, was)
+    if not sign or was is None:
+        return cell
+    word = "worse" if sign == "▲" else "better"
+    ratio = "" if was.ratio is None else f", {times(was.ratio)}"
+    return replace(cell, arrow=sign, title=f"{cell.title}; {word}: it was {was.state}{ratio}")
+
+
+def arrows(before: Before, results: Sequence[SceneResult]) -> dict[CellName, str]:
+    """The cells that have changed, each with its arrow."""
+    found = {
+        (result.scene.name, answer.reference, check.quantity): check
+        for result in results
+        for answer in result.references
+        for check in answer.checks
+    }
+    signs = {name: arrow(check, before.cells.get(name)) for name, check in found.items()}
+    return {name: sign for name, sign in signs.items() if sign}
+
+
+def before_in_words(before: Before, results: Sequence[SceneResult]) -> list[str]:
+    """Sentences against the previous run; none where there was none."""
+    if before.last is None:
+        return []
+    signs = list(arrows(before, results).values())
+    worse, better = signs.count("▲"), signs.count("▼")
+    commit = f", commit {before.last.commit[:10]}" if before.last.commit else ""
+    change = f"{count(worse, 'cell')} worse, {better} better" if signs else "no cell has changed"
+    lines = [f"Against the run of {before.last.started}{commit}: {change}."]
+    return lines + list(_news_in_words(scene_news(before, results)))
+
+
+def _news_in_words(news: News) -> Iterator[str]:
+    pairs = tuple(f"{old} → {new}" for old, new in news.renamed)
+    for word, names in (
+        ("New", news.new), ("Removed", news.removed), ("Renamed", pairs), ("Altered", news.altered),
+    ):  # fmt: skip
+        if names:
+            yield f"{word}: {listed([one_line(name, 80) for name in names])}."
+
+
+def tags_against(before: Before, results: Sequence[SceneResult]) -> Mapping[str, list[str]]:
+    """`new` and `changed` by the name of each scene that is."""
+    if before.last is None:
+        return {}
+    news = scene_news(before, results)
+    changed = {name[0] for name in arrows(before, results)} | set(news.altered)
+    fresh = {*news.new, *(new for _, new in news.renamed)}
+    names = [result.scene.name for result in results]
+    return {
+        name: [*(["new"] if name in fresh else []), *(["changed"] if name in changed else [])]
+        for name in names
+    }
+
+
+@dataclass(frozen=True)
+class Trend:
+    """The worst error over tolerance of one scene, run by run, as a line to draw.
+
+    Attributes
+    ----------
+    path : str
+        The line, in SVG's language.
+    dots : tuple of (float, float, bool)
+        x, y and whether the scene failed, of each run.
+    one : float
+        y of the tolerance.
+    changed : float or None
+        x of the run at which it changed last: its state, or a lasting step.
+    words : str
+        The same in words.
+    width, height : int
+    """
+
+    path: str
+    dots: tuple[tuple[float, float, bool], ...]
+    one: float
+    changed: float | None
+    words: str
+    width: int = _WIDTH
+    height: int = _HEIGHT
+
+
+def trend_of(before: Before, result: SceneResult, commit: str | None) -> Trend | None:
+    """How a scene did in earlier runs and does now; None where there were none."""
+    earlier = before.trends.get(result.scene.name, ())
+    if not earlier:
+        return None
+    worst = worst_check(checks_of([result]))
+    ratio = None if worst is None else worst.ratio
+    now = Point(
+        earlier[-1].run + 1, "now", commit, scene_state(result), ratio, result.scene.sha256
+    )  # fmt: skip
+    points = (*earlier, now)
+    step = (_WIDTH - 8) / max(1, len(points) - 1)
+    places = [
+        (4 + step * k, _height(point.ratio), point.state == "failed")
+        for k, point in enumerate(points)
+        if point.ratio is not None
+    ]
+    changes = changes_of(points)
+    last = changes[-1] if changes else None
+    path = " ".join(f"{'L' if k else 'M'}{x:.1f} {y:.1f}" for k, (x, y, _) in enumerate(places))
+    return Trend(
+        path=path,
+        dots=tuple(places),
+        one=_height(1.0),
+        changed=4 + step * points.index(last.after) if last else None,
+        words=_trend_in_words(points, last),
+    )
+
+
+def _height(ratio: float) -> float:
+    """Where a ratio stands on a logarithmic scale, in CSS pixels from the top."""
+    inside = min(max(ratio, _LOW), _HIGH)
+    share = math.log(inside / _LOW) / math.log(_HIGH / _LOW)
+    return round(3 + (_HEIGHT - 6) * (1 - share), 1)
+
+
+def _trend_in_words(points: Sequence[Point], last: Change | None) -> str:
+    known = [point.ratio for point in points if point.ratio is not None]
+    text = f"worst error ÷ tolerance over {count(len(points), 'run')}"
+    if known:
+        text += f": from {times(known[0])} to {times(known[-1])}"
+    if last is not None:
+        at = f"commit {last.after.commit[:10]}" if last.after.commit else last.after.started
+        turned = last.before.state != last.after.state
+        text += f"; {last.after.state if turned else last.what} since {at}"
+    return text

@@ -1,0 +1,152 @@
+"""`report.html`: everything in one file that opens without a server or a network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from minirt.quantities import QUANTITIES, STAGES
+from reference.compare.comparison import CERTAIN_FLOOR
+from reference.compare.stability import KAPPA
+from reference.verify import SceneResult
+from reports.page.cells import anchor, kind, stage_columns
+from reports.page.changes import before_in_words
+from reports.page.colors import HATCH, RING, SOURCES, css, viridis
+from reports.page.data import Pool, has_pictures, page_data
+from reports.page.legends import bands
+from reports.page.scene import against, look_at, names_of, scene_entry
+from reports.page.template import template
+from reports.results.coverage import (
+    RuleCoverage,
+    RuleState,
+    gap_in_words,
+    gaps,
+    not_checked,
+    not_compared,
+    rule_coverage,
+)
+from reports.results.findings import SceneState, counts, failing, scene_counts, scene_state, silent
+from reports.results.record import Run, programs
+from reports.results.rule_names import RULE_NAMES
+from reports.results.words import count, figure, icon, worst_in_words
+from reports.speed import table
+from reports.speed.plot import plot_of
+from reports.speed.results import measured
+
+#: The parts of the page's script, in the order in which they need each other.
+_SCRIPT = (
+    "dom", "state", "report", "arrays", "colors", "load", "stage", "overlays", "steps",
+    "inspector", "clusters", "space", "controls", "filter", "start",
+)  # fmt: skip
+
+#: Worst scenes first; scenes of the same state stay in the order in which they ran.
+_ORDER: tuple[SceneState, ...] = ("failed", "incomplete", "passed", "not compared")
+
+_RULE_ICONS: dict[RuleState, str] = {
+    "failed": "✗", "passed": "✓", "partly checked": "◐", "not checked": "–", "no scene": "–",
+}  # fmt: skip
+
+
+def report_html(run: Run) -> str:
+    """The page of a run."""
+    pool = Pool()
+    ordered = _ordered(run.results)
+    page = template("report.html.j2")
+    scenes = [scene_entry(run, number, result, pool) for number, result in ordered]
+    sections = [(anchor(number, result), result) for number, result in ordered]
+    return page.render(
+        run=run,
+        names=names_of(run),
+        stages=stage_columns(names_of(run)),
+        quantities=QUANTITIES,
+        counts=counts(run.results),
+        scene_counts=scene_counts(run.results),
+        not_checked=not_checked(run.results),
+        not_compared=not_compared(run.results),
+        gaps=[(gap, gap_in_words(gap)) for gap in gaps(run.results)],
+        failing=_failing(run),
+        silent=silent(run.results),
+        scenes=scenes,
+        data=page_data(run, sections, pool),
+        script=[f"{part}.js" for part in _SCRIPT],
+        compared=any(has_pictures(a) for r in run.results for a in r.references),
+        filters=_filters(run),
+        before=[] if run.before is None else before_in_words(run.before, run.results),
+        stage_names=list(STAGES),
+        rules=_rules(run),
+        programs=programs(run),
+        bands=bands(),
+        hatch=[css(color) for color in HATCH],
+        ring=css(RING[0]),
+        sources=[css(color) for color in SOURCES],
+        viridis=[css(color) for color in viridis(16)],
+        kappa=f"{KAPPA:g}",
+        floor=f"{CERTAIN_FLOOR:.0%}",
+        speed=None if run.judged else _speed(),
+        pool=pool,
+        count=count,
+    )
+
+
+def _failing(run: Run) -> list[dict[str, Any]]:
+    """A line for each failing check, faults before what follows from them."""
+    anchors = {id(result): anchor(k, result) for k, result in enumerate(run.results, start=1)}
+    return [
+        {
+            "href": f"#{anchors[id(result)]}-{check.quantity}",
+            "scene": result.scene.name,
+            "reference": answer.reference,
+            "quantity": check.quantity,
+            "kind": kind(check),
+            "what": f"{icon(check)} {figure(check)}",
+            "detail": worst_in_words(check) if check.wrong else check.reason,
+            "look": look_at(anchors[id(result)], answer, check),
+        }
+        for result, answer, check in failing(run.results)
+    ]
+
+
+def _ordered(results: Sequence[SceneResult]) -> list[tuple[int, SceneResult]]:
+    numbered = list(enumerate(results, start=1))
+    return sorted(numbered, key=lambda entry: _ORDER.index(scene_state(entry[1])))
+
+
+def _speed() -> dict[str, Any]:
+    """What ships of `make bench`, which is not this run's."""
+    speed = measured()
+    return {
+        "plot": plot_of(speed),
+        "heading": table.heading(speed),
+        "rows": table.rows(speed),
+        "sentences": list(table.sentences(speed)),
+        "origin": table.origin(speed),
+        "versions": table.versions(speed),
+    }
+
+
+def _filters(run: Run) -> list[tuple[str, str]]:
+    """Tags that scenes can be filtered by, and what they say."""
+    news = [("new", "are new"), ("changed", "have changed")] if against(run) else []
+    return [("failed", "did not pass"), *news, ("uncertain", "have uncertain pixels")]
+
+
+def _rules(run: Run) -> list[dict[str, Any]]:
+    """A row for each rule: the scenes that list it, what was compared on how many of them."""
+    covered = rule_coverage(run.results)
+    return [_rule(run, rule, name, covered.get(rule)) for rule, name in RULE_NAMES.items()]
+
+
+def _rule(run: Run, rule: str, name: str, covered: RuleCoverage | None) -> dict[str, Any]:
+    """One row; a rule that no quantity judges says so."""
+    scenes = [(k, r) for k, r in enumerate(run.results, start=1) if rule in r.scene.rules]
+    failed = covered.failed if covered else ()
+    return {
+        "rule": rule,
+        "name": name,
+        "scenes": [(anchor(k, r), r.scene.name, r.scene.name in failed) for k, r in scenes],
+        "quantities": list(covered.trace.checked.items()) if covered else [],
+        "compared": list(covered.trace.compared.items()) if covered else [],
+        "passed": covered.passed if covered else 0,
+        "state": covered.state if covered else "documented; unit tests",
+        "icon": _RULE_ICONS[covered.state] if covered else "–",
+    }

@@ -1,0 +1,279 @@
+"""What the page shows of one scene: its rows of the matrix, its pictures, everybody's errors."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from minirt.quantities import QUANTITIES
+from reference.compare.comparison import Check
+from reference.compare.quorum import Quorum
+from reference.exact import Judgement
+from reference.source import AlongRay, Declared, NormalOffset
+from reference.verify import ReferenceResult, SceneResult
+from reports.page.cells import CAUSAL, Row, anchor, facts, kind, matrix_row, scene_headline
+from reports.page.changes import tags_against, trend_of, with_arrow
+from reports.page.data import Pool
+from reports.page.legends import legend_of
+from reports.page.pictures import has_scale
+from reports.results.digest import Agreement, Pictures, Seen, deserves_full
+from reports.results.findings import (
+    answer_state,
+    checks_of,
+    first_wrong_stage,
+    least_certain,
+    scene_state,
+    worst_check,
+)
+from reports.results.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
+from reports.results.record import Run
+from reports.results.words import UNANSWERED, count, figure, icon, number, plain
+
+#: Pixels of a picture to each side of the worst one in its enlargement, and CSS pixels to each.
+_AROUND, _ENLARGED = 7, 10
+#: Least width, in CSS pixels, to which small pictures are enlarged, by a whole number.
+_LEAST_WIDTH = 128
+
+
+def names_of(run: Run) -> list[str]:
+    """The quantities that the run compared, in causal order."""
+    used = {check.quantity for check in checks_of(run.results)}
+    return [name for name in CAUSAL if name in used]
+
+
+def look_at(section: str, answer: ReferenceResult, check: Check) -> str:
+    """What the stage is to show of a check, as JSON; empty where it has nothing to show."""
+    if not (isinstance(answer.digest, Seen) and check.quantity in answer.digest.pictures):
+        return ""
+    return json.dumps([section, plain(answer.reference), check.quantity])
+
+
+def scene_entry(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str, Any]:
+    """What the template needs to know of one scene."""
+    section = anchor(number_, result)
+    names = names_of(run)
+    stage = first_wrong_stage(checks_of([result]))
+    return {
+        "id": section,
+        "scene": result.scene,
+        "state": scene_state(result),
+        "headline": scene_headline(result) + (f"; first wrong stage: {stage}" if stage else ""),
+        "rows": [_row(run, result, answer, names, section) for answer in result.references],
+        "trend": run.before and trend_of(run.before, result, run.provenance.commit),
+        "tags": " ".join([*_tags(result), *against(run).get(result.scene.name, [])]),
+        "worst": _worst(result),
+        "certain": _certain(result),
+        "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
+        "portrait": _portrait(result, pool),
+        "answers": [_answer(answer) for answer in result.references],
+        "quantities": _quantities(result, section, pool),
+        "silent": _not_compared(result),
+        "judgement": result.judgement and _judgement(result.judgement),
+        "quorum": [(q, _agreement(q, pool)) for q in result.quorum if len(q.sources) > 1],
+        "sources": max((len(q.sources) for q in result.quorum), default=0),
+        "seconds": result.seconds,
+        "memory": result.peak_memory / 2**20,
+    }
+
+
+def _row(
+    run: Run, result: SceneResult, answer: ReferenceResult, names: list[str], section: str
+) -> Row:
+    """A row of the matrix, with arrows where cells have changed."""
+    row = matrix_row(answer, names, section)
+    if run.before is None or len(row.cells) != len(names):
+        return row
+    checks = {check.quantity: check for check in answer.checks}
+    cells = (
+        with_arrow(
+            cell, checks[name], run.before.cells.get((result.scene.name, answer.reference, name))
+        )
+        for name, cell in zip(names, row.cells, strict=True)
+    )
+    return Row(row.reference, tuple(cells))
+
+
+def _tags(result: SceneResult) -> list[str]:
+    """By what a scene can be filtered."""
+    checks = list(checks_of([result]))
+    found = ["failed"] if scene_state(result) in ("failed", "incomplete") else []
+    return [*found, *(["uncertain"] if any(c.certain < c.pixels for c in checks) else [])]
+
+
+def _worst(result: SceneResult) -> str:
+    """The worst error over tolerance as JavaScript reads it; −1 where nothing was compared."""
+    worst = worst_check(checks_of([result]))
+    ratio = -1.0 if worst is None else worst.ratio or 0.0
+    return "Infinity" if math.isinf(ratio) else f"{ratio:.6g}"
+
+
+def _certain(result: SceneResult) -> str:
+    """The least share of certain pixels; 2 where nothing was compared."""
+    least = least_certain(checks_of([result]))
+    return "2" if least is None else f"{least.certain / least.pixels:.6f}"
+
+
+def _portrait(result: SceneResult, pool: Pool) -> tuple[str, int, str] | None:
+    """Class, width and proportions of minirt's own picture of a scene."""
+    portrait = result.portrait
+    if portrait is None:
+        return None
+    return pool.name(portrait.png), portrait.width, f"{portrait.width} / {portrait.height}"
+
+
+def _agreement(quorum: Quorum, pool: Pool) -> tuple[str, int, str] | None:
+    """Class, width and proportions of the map of who agrees; None where it was not drawn."""
+    drawn = quorum.drawn
+    if not isinstance(drawn, Agreement):
+        return None
+    return pool.name(drawn.png), drawn.width, f"{drawn.width} / {drawn.height}"
+
+
+def _judgement(judgement: Judgement) -> dict[str, Any]:
+    """What the template needs to know of minirt before the judge."""
+    return {
+        "words": judgement_in_words(judgement),
+        "convictions": [opinion_in_words(each) for each in judgement.convictions[:MOST_LISTED]],
+        "counts": [
+            (each, "" if each.ulps is None else number(each.ulps))
+            for each in judgement.counts
+            if each.judged
+        ],
+    }
+
+
+def _answer(answer: ReferenceResult) -> dict[str, Any]:
+    state = answer_state(answer)
+    declared = answer.declared
+    return {
+        "name": answer.reference,
+        "program": answer.program,
+        "state": state,
+        "silent": state in UNANSWERED,
+        "reason": answer.checks[0].reason if state in UNANSWERED else "",
+        "output": answer.output.strip(),
+        "diagnosis": "" if answer.diagnosis is None else _diagnosis(answer),
+        "seconds": answer.seconds,
+        "declared": declared,
+        "errors": [] if declared is None else _errors(declared),
+    }
+
+
+def _diagnosis(answer: ReferenceResult) -> str:
+    named = [each.sentence for each in answer.diagnosis or ()]
+    if not named:
+        return f"none of the known mistakes explains what {answer.reference} gives"
+    return f"{answer.reference} {'; or it '.join(named)}"
+
+
+def _errors(declared: Declared) -> list[tuple[str, str]]:
+    """A reference's declared error, name by value."""
+    return [
+        ("δ", number(declared.delta)),
+        *([("per distance", number(declared.slope))] if declared.slope else []),
+        *([("steps of depth", f"{number(declared.grain)} of it")] if declared.grain else []),
+        ("vertices", number(declared.vertex)),
+        ("unit vectors", number(declared.angle)),
+        ("colour", number(declared.color) if declared.color else "gives none"),
+        *((f"steps of {name}", number(step)) for name, step in declared.steps),
+        ("secondary rays start", _start(declared.start)),
+    ]
+
+
+def _start(start: NormalOffset | AlongRay | None) -> str:
+    if start is None:
+        return "as minirt's, at ε"
+    if isinstance(start, AlongRay):
+        return f"on the surface, at {number(start.length)} along the ray"
+    return f"off the surface, {number(start.factor)}·(1 + max|p|) along the normal"
+
+
+def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str, Any]]:
+    """The quantities of which there are pictures, failing ones first, faults before the rest."""
+    shown = []
+    for name in CAUSAL:
+        entries = [
+            _entry(answer, check, pool)
+            for answer in result.references
+            for check in answer.checks
+            if check.quantity == name and answer.digest and name in answer.digest.pictures
+        ]
+        if entries:
+            rank = min(entry["rank"] for entry in entries)
+            shown.append(
+                {
+                    "id": f"{section}-{name}",
+                    "quantity": QUANTITIES[name],
+                    "entries": sorted(entries, key=lambda entry: entry["rank"]),
+                    "rank": rank,
+                    "legend": legend_of(name),
+                }
+            )
+    return sorted(shown, key=lambda entry: entry["rank"])
+
+
+def _entry(answer: ReferenceResult, check: Check, pool: Pool) -> dict[str, Any]:
+    pictures: Pictures = answer.digest.pictures[check.quantity]
+    kinds = ("failed", "follows", "known", "passed", "empty")
+    shown = ((answer.reference, pictures.theirs), ("error ÷ tolerance", pictures.ratio))
+    return {
+        "reference": answer.reference,
+        "kind": kind(check),
+        "rank": kinds.index(kind(check)),
+        "icon": icon(check),
+        "figure": figure(check),
+        "state": check.state,
+        "facts": facts(check),
+        "pictures": [
+            (caption, pool.name(png), _alternative(caption, check))
+            for caption, png in (("minirt", pictures.ours), *shown)
+        ],
+        "width": pictures.width * max(1, _LEAST_WIDTH // pictures.width),
+        "ratio": f"{pictures.width} / {pictures.height}",
+        "scale": _scale(pictures) if has_scale(check.quantity) else None,
+        "zoom": _zoom(check, pictures) if deserves_full(check) and check.wrong else None,
+    }
+
+
+def _alternative(caption: str, check: Check) -> str:
+    if caption == "error ÷ tolerance" and check.wrong and check.worst:
+        at = f"({check.worst.column}, {check.worst.row})"
+        return f"{check.quantity}: {count(check.wrong, 'wrong pixel')}, the worst at {at}"
+    return f"{check.quantity}, {caption}"
+
+
+def _scale(pictures: Pictures) -> tuple[str, str]:
+    low, high = number(pictures.low or 0.0), number(pictures.high or 0.0)
+    return low, f"≥ {high}" if pictures.clipped else high
+
+
+def _zoom(check: Check, pictures: Pictures) -> dict[str, Any] | None:
+    """How CSS enlarges the surroundings of the worst pixel, without a second picture."""
+    if check.worst is None:
+        return None
+    column, row = (value // pictures.factor for value in (check.worst.column, check.worst.row))
+    return {
+        "at": f"({check.worst.column}, {check.worst.row})",
+        "side": (2 * _AROUND + 1) * _ENLARGED,
+        "size": f"{pictures.width * _ENLARGED}px {pictures.height * _ENLARGED}px",
+        "position": f"{(_AROUND - column) * _ENLARGED}px {(_AROUND - row) * _ENLARGED}px",
+        "pixels": 2 * _AROUND + 1,
+    }
+
+
+def _not_compared(result: SceneResult) -> list[tuple[str, str, str, str]]:
+    """Quantities that were not compared: their names by reference, state and reason."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for answer in result.references:
+        for check in answer.checks:
+            if check.state in ("not given", "not supported"):
+                key = (answer.reference, check.state, check.reason)
+                found.setdefault(key, []).append(check.quantity)
+    return [(*key, ", ".join(names)) for key, names in found.items()]
+
+
+def against(run: Run) -> Mapping[str, list[str]]:
+    """`new` and `changed` by the name of each scene that is; empty without a previous run."""
+    return {} if run.before is None else tags_against(run.before, run.results)

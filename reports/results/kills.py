@@ -1,0 +1,70 @@
+"""The mutant matrix of an earlier `minirt mutants --json`, to be shown in a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from minirt.errors import InputError
+from minirt.quantities import Stage
+from reports.results.json_model import Natural
+
+
+class KillRow(BaseModel):
+    """One wrong version of a rule, and what the checks say of it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    mutant: str
+    rule: str
+    mistake: str
+    stage: Stage = Field(description="the first stage that it really breaks")
+    scenes: Natural
+    failed: list[str] = Field(description="scenes on which a check failed")
+    charged: dict[Stage, Natural] = Field(description="by stage: pixels that are wrong there first")
+    killed: bool
+    found: Stage | None = Field(description="the first stage that wrong pixels are charged to")
+
+
+class KillMatrix(BaseModel):
+    """Every mutant that was run."""
+
+    model_config = ConfigDict(frozen=True)
+
+    mutants: list[KillRow]
+    killed: Natural
+    right_stage: Natural
+    false_alarms: Natural = Field(description="scenes on which the lecture's own rules fail")
+
+    @property
+    def sentence(self) -> str:
+        """How many were noticed."""
+        return (
+            f"{self.killed} of {len(self.mutants)} mutants killed, {self.right_stage} by the stage "
+            f"that they really break; false alarms on the lecture's own rules: {self.false_alarms}"
+        )
+
+
+def read_kills(path: Path) -> KillMatrix:
+    """What `minirt mutants --json` printed into a file.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is something else.
+    """
+    try:
+        return KillMatrix.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise InputError(
+            "the mutants cannot be read", where=str(path), got=error.strerror or str(error)
+        ) from None
+    except ValidationError as error:
+        first: Any = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        raise InputError(
+            f"not what minirt mutants --json prints: {first['msg']}",
+            where=f"{path}: {place}".rstrip(": "),
+        ) from None

@@ -1,0 +1,158 @@
+"""What goes to which stream: answers to standard output, all else to standard error.
+
+Colours and progress bars appear on a terminal only, and no colours where ``NO_COLOR`` is set.
+A reader that has gone away (``| head``) ends nothing and is no error.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
+
+import typer
+
+from reports.terminal.streams import let_go
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+#: Columns of an answer that goes into a file or a pipe.
+_WIDTH = 100
+#: A progress bar in one colour.
+_CALM = {
+    "bar.complete": "blue", "bar.finished": "blue", "bar.back": "dim",
+    "progress.percentage": "none", "progress.elapsed": "dim",
+}  # fmt: skip
+#: Columns that a paragraph keeps on a narrow terminal.
+_NARROWEST = 20
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else.")
+]
+SceneArgument = Annotated[
+    str, typer.Argument(help="A scene's JSON file, - for standard input, or atlas:NAME.")
+]
+
+ScenesArgument = Annotated[
+    list[str] | None,
+    typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
+]
+JobsOption = Annotated[
+    int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
+]
+#: Processors that this process may use.
+CORES = len(os.sched_getaffinity(0))
+
+RequireOption = Annotated[
+    str,
+    typer.Option(
+        "--require", metavar="NAMES", envvar="MINIRT_REQUIRE",
+        help="References that must be there and work, separated by commas; else exit status 3.",
+    ),
+]  # fmt: skip
+
+NoCacheOption = Annotated[
+    bool, typer.Option("--no-cache", help="Take nothing from earlier runs: render all anew.")
+]
+
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS", show_default=False,
+        help="A Dask scheduler, as tcp://HOST:PORT, whose workers do the jobs in place of this "
+        "machine.",
+    ),
+]  # fmt: skip
+
+MutantsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--mutants", metavar="FILE", show_default=False,
+        help="What minirt mutants --json printed, to be shown in the report.",
+    ),
+]  # fmt: skip
+
+
+def names_in(text: str) -> list[str]:
+    """The names in a list that is separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def answers() -> Console:
+    """Where a command's answer goes that was not asked for as JSON."""
+    return console_on(sys.stdout)
+
+
+def people() -> Console:
+    """Where progress, remarks and errors go."""
+    return console_on(sys.stderr)
+
+
+def print_json(document: Any) -> None:
+    """Print one JSON document on standard output; it must hold no NaN and no infinity."""
+    with _reader(sys.stdout):
+        text = json.dumps(document, indent=2, allow_nan=False)
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on a terminal, nothing elsewhere; yields what is to be told (done, total)."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    console = people()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=30),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task(what, total=1)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def indented(text: str, columns: int, console: Console) -> str:
+    """A paragraph that is as wide as the console allows, some columns from its left edge."""
+    width = max(console.width, columns + _NARROWEST)
+    return textwrap.fill(
+        text, width, initial_indent=" " * columns, subsequent_indent=" " * columns,
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+
+
+def console_on(stream: TextIO) -> Console:
+    """A console that writes to a stream; plain text where that is no terminal."""
+    from rich.console import Console
+    from rich.theme import Theme
+
+    class Quiet(Console):
+        def on_broken_pipe(self) -> None:
+            let_go(stream)
+
+    return Quiet(
+        file=stream,
+        theme=Theme(_CALM),
+        color_system=None if os.environ.get("NO_COLOR") else "auto",
+        highlight=False,
+        markup=False,
+        emoji=False,
+        width=None if stream.isatty() else _WIDTH,
+    )
+
+
+@contextmanager
+def _reader(stream: TextIO) -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        let_go(stream)

@@ -1,0 +1,145 @@
+"""What a person sees in the terminal: the table, what fails, the report's path, the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from reference.verify import ReferenceResult, SceneResult
+from reports.results.coverage import gap_in_words, gaps, not_checked, not_compared
+from reports.results.findings import (
+    Finding,
+    Silence,
+    answer_in_words,
+    answer_state,
+    checks_of,
+    diagnosed,
+    failing,
+    least_certain,
+    silent,
+)
+from reports.results.judgement import convicted, judgement_in_words
+from reports.results.record import Run
+from reports.results.words import (
+    ICONS,
+    figure,
+    icon,
+    is_consequence,
+    one_line,
+    plain,
+    share,
+    worst_in_words,
+)
+
+#: Failing cells that are listed one by one; the report has them all.
+MOST_LINES = 40
+#: Reasons for what was not compared that are listed.
+MOST_GAPS = 12
+
+_STYLES = {
+    "passed": "blue", "failed": "bold dark_orange", "crashed": "bold magenta",
+    "timed out": "bold magenta", "missing": "bold magenta", "known": "dark_orange",
+    "not supported": "dim",
+    "not given": "dim",
+}  # fmt: skip
+
+
+def print_run(run: Run, console: Console) -> None:
+    """The table of scenes, a line for each failing cell, the report's path and the verdict."""
+    if run.results:
+        console.print(_table(run))
+    groups = _alike(failing(run.results))
+    for group in groups[:MOST_LINES]:
+        _say(console, _failure(group))
+    if len(groups) > MOST_LINES:
+        _say(console, Text(f"  … and {len(groups) - MOST_LINES} more in the report", "dim"))
+    for result, answer, words in list(diagnosed(run.results))[:MOST_LINES]:
+        _say(console, Text(f"→ {one_line(result.scene.name)} × {answer.reference}: {words}"))
+    for result in convicted(run.results):
+        _conviction(console, result)
+    for silence in silent(run.results):
+        _silence(console, silence)
+    for gap in gaps(run.results)[:MOST_GAPS]:
+        _say(console, Text(f"– {gap.reference}: {gap_in_words(gap)}: {gap.reason}", "dim"))
+    for line in not_compared(run.results):
+        _say(console, Text(f"Not compared: {line}"))
+    _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
+    for remark in run.remarks:
+        _say(console, Text(one_line(remark)))
+    left = not_checked(run.results)
+    if left:
+        _say(console, Text(f"Not checked: {left}"))
+    style = "bold blue" if run.exit_status == 0 else "bold dark_orange"
+    sign = ICONS["passed"] if run.exit_status == 0 else ICONS["failed"]
+    _say(console, Text(f"{sign} {one_line(run.verdict.sentence, 1000)}", style))
+
+
+def _say(console: Console, text: Text) -> None:
+    console.print(text, soft_wrap=True)
+
+
+def _table(run: Run) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("scene", overflow="fold")
+    for name in run.references:
+        table.add_column(Text(one_line(name)), overflow="fold")
+    table.add_column("least certain", justify="right")
+    for result in run.results:
+        cells = [_answer(answer) for answer in result.references]
+        table.add_row(Text(one_line(result.scene.name, 60)), *cells, _certain(result))
+    return table
+
+
+def _answer(answer: ReferenceResult) -> Text:
+    state = answer_state(answer)
+    words = answer_in_words(answer).split(",")[0]  # the share of certain pixels has its column
+    return Text(f"{ICONS[state]} {words}", _STYLES[state])
+
+
+def _certain(result: SceneResult) -> Text:
+    """The least share of certain pixels over all that was compared."""
+    least = least_certain(checks_of([result]))
+    return Text("–" if least is None else share(least.certain, least.pixels), "dim")
+
+
+def _alike(found: Iterable[Finding]) -> list[list[Finding]]:
+    """Failing cells; those of one scene and reference that fail for one reason are together."""
+    groups: dict[tuple[str, ...], list[Finding]] = {}
+    for result, answer, check in found:
+        alone = check.quantity if check.wrong else ""
+        key = (result.scene.name, answer.reference, check.reason, alone)
+        groups.setdefault(key, []).append((result, answer, check))
+    return list(groups.values())
+
+
+def _failure(cells: list[Finding]) -> Text:
+    """A failing cell, or several alike: where, how much, the worst pixel with both values."""
+    result, answer, check = cells[0]
+    style = "dark_orange" if is_consequence(check) else _STYLES["failed"]
+    names = check.quantity if len(cells) == 1 else f"{len(cells)} quantities"
+    place = f"{one_line(result.scene.name)} × {answer.reference} × {names}"
+    detail = f"{figure(check)}; worst {worst_in_words(check)}" if check.wrong else check.reason
+    return Text.assemble((f"{icon(check)} {place}: ", style), detail)
+
+
+def _conviction(console: Console, result: SceneResult) -> None:
+    """A scene on which exact arithmetic has another answer than minirt."""
+    if result.judgement is not None:
+        place = f"{ICONS['failed']} {one_line(result.scene.name)} × exact arithmetic: "
+        words = judgement_in_words(result.judgement)
+        _say(console, Text.assemble((place, _STYLES["failed"]), words))
+
+
+def _silence(console: Console, silence: Silence) -> None:
+    """A reference that gave no answer: why, on which scenes, and its last lines of output."""
+    names = ", ".join(one_line(name, 60) for name in silence.scenes[:3])
+    more = f" and {len(silence.scenes) - 3} more" if len(silence.scenes) > 3 else ""
+    head = f"{ICONS[silence.state]} {silence.reference}: {silence.state}"
+    _say(console, Text.assemble((head, _STYLES[silence.state]), f" on {names}{more}"))
+    _say(console, Text(f"    {one_line(silence.reason)}"))
+    for line in [each for each in plain(silence.output).splitlines() if each.strip()][-3:]:
+        _say(console, Text(f"    │ {one_line(line)}", "dim"))

@@ -1,0 +1,89 @@
+"""The house rules that a machine can hold: imports one way, nothing at the root that does not
+belong there, nothing in the tree that only one machine has."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+from tests.helpers.places import ROOT
+
+PACKAGES = ("minirt", "converters", "reference", "reports")
+FOLDERS = {*PACKAGES, "tests", ".ci", ".github"}
+FILES = {
+    "README.md", "LICENSE", "CHANGELOG.md", "Makefile", "pyproject.toml", "requirements.lock",
+    ".gitignore", ".gitattributes",
+}  # fmt: skip
+OF_A_MACHINE = re.compile(r"(?<![\w.}])/(work|home|root|Users)/")
+
+
+def ignored(name: str) -> bool:
+    patterns = (ROOT / ".gitignore").read_text(encoding="utf-8").split()
+    return name == ".git" or any(fnmatch(name, pattern.rstrip("/")) for pattern in patterns)
+
+
+def product_files() -> list[Path]:
+    """Every file of the product, whether or not git is at hand."""
+    tops = [path for path in ROOT.iterdir() if path.name in FOLDERS | FILES]
+    found = [path for top in tops for path in (top, *top.rglob("*")) if path.is_file()]
+    return [path for path in found if not any(map(ignored, path.relative_to(ROOT).parts))]
+
+
+def lint_imports(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [str(Path(sys.executable).with_name("lint-imports")), "--no-logo", "--no-cache"]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
+
+
+def test_root_holds_the_agreed_names_only() -> None:
+    names = {path.name for path in ROOT.iterdir() if not ignored(path.name)}
+    assert names >= FOLDERS
+    assert names - FOLDERS - FILES == set()
+
+
+def test_no_file_names_a_place_of_one_machine() -> None:
+    files = product_files()
+    texts = {path: path.read_bytes().decode("utf-8", errors="replace") for path in files}
+    assert ROOT / "Makefile" in texts
+    assert [path for path, text in texts.items() if OF_A_MACHINE.search(text)] == []
+
+
+def test_a_place_of_one_machine_is_seen() -> None:
+    planted = "open('/" + "home/ana/scene.json')"
+    assert OF_A_MACHINE.search(planted)
+    assert not OF_A_MACHINE.search("https://example.org/home/page and minirt/work/")
+
+
+def test_imports_go_one_way() -> None:
+    done = lint_imports(ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "5 kept, 0 broken" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "planted", "broken"),
+    [
+        ("minirt/planted.py", "import reports", "Imports run one way"),
+        ("converters/planted.py", "import reference", "Imports run one way"),
+        ("minirt/planted.py", "import rich", "nothing heavier"),
+        ("reference/planted.py", "import mitsuba", "in its own file only"),
+        ("reference/planted.py", "import embreex", "in its own file only"),
+        ("reference/planted.py", "import flint", "Only the judge"),
+        ("reports/planted.py", "import distributed", "Dask is imported in one file"),
+    ],
+)
+def test_a_planted_import_breaks_its_contract(
+    file: str, planted: str, broken: str, tmp_path: Path
+) -> None:
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("*.json"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    (tmp_path / file).write_text(f'"""Planted."""\n\n{planted}\n', encoding="utf-8")
+    done = lint_imports(tmp_path)
+    assert done.returncode == 1
+    assert re.search(rf"{broken}.* BROKEN", done.stdout), done.stdout

@@ -1,0 +1,111 @@
+"""What the page says against the previous run."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from reference.compare.comparison import Check, Worst
+from reports.history.before import Before, Point, Standing
+from reports.page.changes import News, arrow, before_in_words, scene_news, trend_of
+from reports.page.report import report_html
+from tests.helpers.fake_references import HOSTILE, OnePixel, small_scene
+from tests.helpers.report_runs import good_run, run_of
+
+LAST = Point(4, "2026-01-02T03:04:05+00:00", "0123456789abcdef", "passed", None)
+
+
+def before(**changes: object) -> Before:
+    scenes = {result.scene.name: result.scene.sha256 for result in good_run().results}
+    usual = Before(LAST, {}, scenes, {})
+    return replace(usual, **changes)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("state", "ratio", "was", "expected"),
+    [
+        ("failed", 14.0, Standing("passed", 0.3), "▲"),
+        ("passed", 0.3, Standing("failed", 14.0), "▼"),
+        ("passed", 0.5, Standing("passed", 0.3), "▲"),
+        ("passed", 0.3, Standing("passed", 0.5), "▼"),
+        ("passed", 0.31, Standing("passed", 0.3), ""),
+        ("failed", math.inf, Standing("failed", math.inf), ""),
+        ("failed", 2.0, Standing("known", 2.0), "▲"),
+        ("passed", 0.3, None, ""),
+        ("passed", 0.3, Standing("crashed", None), ""),
+    ],
+)
+def test_an_arrow_says_worse_or_better(
+    state: str, ratio: float, was: Standing | None, expected: str
+) -> None:
+    worst = Worst(0, 0, [0.0], [0.0], ratio, 1.0, ratio)
+    assert arrow(Check("t", "t", state, worst=worst), was) == expected  # type: ignore[arg-type]
+
+
+def test_scenes_that_came_went_and_changed_are_named() -> None:
+    results = good_run().results
+    ball, second = (result.scene for result in results)
+    assert scene_news(before(), results) == News((), (), (), ())
+    news = scene_news(before(scenes={"old name": ball.sha256, "second": "other"}), results)
+    assert news == News((), (), ("second",), (("old name", "ball"),))
+    news = scene_news(before(scenes={"gone": "x", "ball": ball.sha256}), results)
+    assert news == News(("second",), ("gone",), (), ())
+    assert second.name == "second"
+
+
+def test_without_a_previous_run_nothing_is_said() -> None:
+    assert before_in_words(before(last=None), good_run().results) == []
+    for run in (good_run(), replace(good_run(), before=before(last=None))):
+        text = report_html(run)
+        assert "Against the run" not in text
+        assert 'data-only="new"' not in text
+        assert '<svg class="trend"' not in text
+
+
+def test_the_page_shows_arrows_news_and_trends() -> None:
+    run = run_of([small_scene(), small_scene(HOSTILE)], [OnePixel()])
+    trend = (
+        Point(1, "2026-01-01", "aaaa", "passed", 0.2),
+        Point(2, "2026-01-02", "bbbb", "passed", 0.3),
+    )
+    cells = {
+        ("ball", "one-pixel", "shadow"): Standing("passed", 0.0),
+        ("ball", "one-pixel", "t"): Standing("failed", 3.0),
+    }
+    old = {"ball": run.results[0].scene.sha256, "<gone>": "x"}
+    text = report_html(replace(run, before=Before(LAST, cells, old, {"ball": trend})))
+    assert (
+        "Against the run of 2026-01-02T03:04:05+00:00, commit 0123456789: 1 cell worse, 1" in text
+    )
+    assert "Removed: &lt;gone&gt;." in text
+    assert len(re.findall(r'class="arrow"', text)) == 2
+    assert "worse: it was passed, 0×" in text
+    assert "over 3 runs: from 0.20× to ∞×; failed since" in text
+    assert text.count('<svg class="trend"') == 2, "in the matrix and in the scene's section"
+    assert 'data-only="new"' in text
+    tags = dict(
+        re.findall(r'<details class="scene[^>]*data-tags="([^"]*)"[^>]*data-name="(\w*)', text)
+    )
+    assert {"failed changed"} <= set(tags)
+
+
+def test_a_trend_without_earlier_runs_is_none() -> None:
+    assert trend_of(before(), good_run().results[0], None) is None
+
+
+def test_a_lasting_step_is_marked_as_a_change() -> None:
+    (result, *_) = good_run().results
+    sha = result.scene.sha256
+    ratios = [0.9] * 4 + [0.0] * 4
+    points = tuple(
+        Point(k, f"2026-11-{k:02}", f"{k:040x}", "passed", ratio, sha)
+        for k, ratio in enumerate(ratios, start=1)
+    )
+    known = Before(LAST, {}, {}, {result.scene.name: points})
+    trend = trend_of(known, result, None)
+    assert trend is not None
+    assert trend.words.endswith("; worst ratio 0.90× → <0.01× since commit 0000000000")
+    assert trend.changed == pytest.approx(trend.dots[4][0])
