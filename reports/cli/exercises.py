@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import Json, answers, indented, print_json
+from reports.terminal.console import Json, indented, print_json, stdout_console
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +56,7 @@ def exercises(
     else:
         for number, fault in found.items():
             words = "not answered" if fault is None else (fault and f"wrong: {fault}") or "right"
-            answers().print(f"{number}. {words}", soft_wrap=True)
+            stdout_console().print(f"{number}. {words}", soft_wrap=True)
     raise typer.Exit(int(any(fault != "" for fault in found.values())))
 
 
@@ -89,7 +89,7 @@ def _show(chosen: Sequence[Exercise], unsolved: bool, json: bool) -> None:
         ]
         print_json({"exercises": documents})
         return
-    console = answers()
+    console = stdout_console()
     for k, each in enumerate(chosen, start=1):
         console.print(f"{k}. {indented(each.text, 3, console).lstrip()}", soft_wrap=True)
         for line in () if unsolved else each.solution:

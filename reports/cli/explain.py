@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from reports.cli.subject_options import Subject, takes_subject
-from reports.terminal.console import Json, SceneArgument, answers, print_json
+from reports.terminal.console import Json, SceneArgument, print_json, stdout_console
 
 
 @takes_subject
@@ -59,6 +59,6 @@ def explain(
         if opinion is not None:
             from reports.explain.second_opinion import print_second_opinion
 
-            print_second_opinion(opinion, answers())
+            print_second_opinion(opinion, stdout_console())
     if opinion is not None and (opinion.trouble or opinion.first):
         raise typer.Exit(3 if opinion.trouble else 1)

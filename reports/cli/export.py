@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.terminal.console import Json, SceneArgument, answers, people, print_json
+from reports.terminal.console import Json, SceneArgument, print_json, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from minirt.scene import Scene
@@ -50,8 +50,8 @@ def export(
         print_json({"to": to.value, "files": named, "command": command})
     else:
         use = "Render them with:" if is_command else "Any viewer opens:"
-        people().print(f"{out}: {count(len(files), 'file')}. {use}", soft_wrap=True)
-        answers().print(answer, soft_wrap=True)
+        stderr_console().print(f"{out}: {count(len(files), 'file')}. {use}", soft_wrap=True)
+        stdout_console().print(answer, soft_wrap=True)
 
 
 def _mitsuba(scene: Scene, out: Path) -> tuple[list[Path], str, bool]:

@@ -11,11 +11,11 @@ from reports.cli.subject_options import Subject, takes_subject
 from reports.terminal.console import (
     ClusterOption,
     Json,
-    answers,
     names_in,
-    people,
     print_json,
     progress,
+    stderr_console,
+    stdout_console,
 )
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def fuzz(
     if json:
         print_json(hunt_document(found, cases))
     else:
-        answers().print(_summary(found), soft_wrap=True)
+        stdout_console().print(_summary(found), soft_wrap=True)
     raise typer.Exit(exit_status(found))
 
 
@@ -131,7 +131,7 @@ def _written(failure: Failure, folder: Path, subject: Subject) -> Path:
     from reports.results.words import one_line
 
     case = write_case(failure, folder, subject)
-    people().print(f"✗ {one_line(sentence(failure))}; see {case}", soft_wrap=True)
+    stderr_console().print(f"✗ {one_line(sentence(failure))}; see {case}", soft_wrap=True)
     return case
 
 
@@ -139,7 +139,7 @@ def _tell(found: Hunt) -> None:
     """What kept scenes from being compared."""
     from reports.results.words import one_line
 
-    console = people()
+    console = stderr_console()
     for name, reason in found.missing:
         console.print(f"! {name} is missing: {one_line(reason)}", soft_wrap=True)
     for reason in found.unjudged:

@@ -25,10 +25,10 @@ from reports.terminal.console import (
     MutantsOption,
     NoCacheOption,
     ScenesArgument,
-    answers,
-    people,
     print_json,
     progress,
+    stderr_console,
+    stdout_console,
 )
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def gate(
                 judged=name, before=before, mutants=kills,
             )  # fmt: skip
         status = recorded(run, kept)
-    print_run(run, people() if json else answers())
+    print_run(run, stderr_console() if json else stdout_console())
     _look_closer(run, dict(zip(map(id, loaded), scene_names(scenes), strict=True)), subject)
     if json:
         print_json(results_document(run))
@@ -138,7 +138,7 @@ def gate(
         why = reason or "recorded when the gate was set up"
         number = write_baseline(baseline, run.results, known, why, last)
         told = f"{baseline}: {count(number, 'failure')} recorded; a run with --baseline passes now"
-        people().print(told, soft_wrap=True)
+        stderr_console().print(told, soft_wrap=True)
         raise typer.Exit(0)
     raise typer.Exit(status)
 
@@ -151,7 +151,7 @@ def _look_closer(run: Run, named: dict[int, str], subject: Subject) -> None:
         if check.worst is not None and check.wrong and named[id(result.scene)] != "-":
             words = [named[id(result.scene)], "--pixel", check.worst.column, check.worst.row]
             command = shlex.join(["minirt", "explain", *map(str, words), *subject.arguments()])
-            people().print(f"look closer: {command}", soft_wrap=True)
+            stderr_console().print(f"look closer: {command}", soft_wrap=True)
             return
 
 
@@ -161,7 +161,7 @@ def _init(folder: Path, language: Language, json: bool) -> None:
     files = [str(path) for path in write_kit(folder, language.value)]
     if json:
         print_json({"folder": str(folder), "files": files})
-    people().print(f"{folder}: {len(files)} files. Begin with README.md.", soft_wrap=True)
+    stderr_console().print(f"{folder}: {len(files)} files. Begin with README.md.", soft_wrap=True)
 
 
 def _required(require: str, chosen: tuple[str, ...]) -> tuple[str, ...]:

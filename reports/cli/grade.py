@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.terminal.console import ClusterOption, Json, answers, people, print_json, progress
+from reports.terminal.console import (
+    ClusterOption,
+    Json,
+    print_json,
+    progress,
+    stderr_console,
+    stdout_console,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -81,7 +88,7 @@ def grade(
         record = record.model_copy(update={"remarks": (*record.remarks, note)})
     write_class(record, out)
     write_kit(assignment, rubric, out / "staff" / "gradescope")
-    _print(record, out, people() if json else answers())
+    _print(record, out, stderr_console() if json else stdout_console())
     if json:
         print_json(record.model_dump(mode="json"))
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.terminal.console import people
+from reports.terminal.console import stderr_console
 
 if TYPE_CHECKING:
     from minirt.scene import Scene
@@ -86,10 +86,10 @@ def recorded(run: Run, history: History | None) -> int:
     try:
         number = history.append(entry_of(results_document(run)))
     except InputError as error:
-        console = people()
+        console = stderr_console()
         console.print(f"history: {one_line(str(error), 1000)}", soft_wrap=True)
         path = run.folder / "results.json"
         console.print(f"history: minirt report record {path} adds the run later", soft_wrap=True)
         return run.exit_status or 3
-    people().print(f"history: run {number} in {history.shown}", soft_wrap=True)
+    stderr_console().print(f"history: run {number} in {history.shown}", soft_wrap=True)
     return run.exit_status

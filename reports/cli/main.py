@@ -29,7 +29,7 @@ from reports.cli.report import report
 from reports.cli.rules import rules
 from reports.cli.scenes import scenes
 from reports.cli.verify import verify
-from reports.terminal.console import people, print_json
+from reports.terminal.console import print_json, stderr_console
 from reports.terminal.streams import let_go_of_unwritable, prepare
 
 app = typer.Typer(
@@ -171,7 +171,7 @@ def _say(text: str, parts: dict[str, str], hint: str, status: int, as_json: bool
 
 
 def _tell(text: str, hint: str) -> None:
-    console = people()
+    console = stderr_console()
     console.print("error:", style="bold red", end=" ")
     console.print(text, soft_wrap=True)
     if hint:

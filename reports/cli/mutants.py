@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import ClusterOption, Json, answers, names_in, print_json, progress
+from reports.terminal.console import (
+    ClusterOption,
+    Json,
+    names_in,
+    print_json,
+    progress,
+    stdout_console,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -160,7 +167,7 @@ def _print(honest: Kill, wrong: Sequence[Kill], floor: Floor, crashed: Mapping[s
         name = f"{row.rule:3} {row.mutant}" if row is not honest else "the lecture's own rules"
         cells = [str(row.charged[stage] or "·") for stage in STAGES]
         table.add_row(Text(name, style="bold red" if _odd(row, honest) else ""), *cells)
-    console = answers()
+    console = stdout_console()
     console.print(table)
     for line in _summary(honest, wrong, floor, crashed):
         console.print(line, soft_wrap=True)

@@ -19,11 +19,11 @@ from reports.terminal.console import (
     Json,
     RequireOption,
     ScenesArgument,
-    answers,
     names_in,
-    people,
     print_json,
     progress,
+    stderr_console,
+    stdout_console,
 )
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def nightly(
         Store(target) as kept,
         begun(made_folder(out), _settings(job)) as night,
     ):
-        people().print(f"night: {night.folder}", soft_wrap=True)
+        stderr_console().print(f"night: {night.folder}", soft_wrap=True)
         with progress("nightly") as tell:
             sent = replace(job, cluster=workers)
             take(night, sent, kept, lambda _, done, total: tell(int(done), int(total)))
@@ -135,7 +135,7 @@ def _finish(night: Night, out: Path, history: History, keep: int, command: list[
     night.save(finished=datetime.now(UTC).isoformat(timespec="seconds"))
     with alone(out):
         for name in remove_old(out, keep, night):
-            people().print(f"night {name}: removed, {keep} are kept", soft_wrap=True)
+            stderr_console().print(f"night {name}: removed, {keep} are kept", soft_wrap=True)
         write_landing(out, history)
     status = night.note.exit_status
     if command and not _notified(command, summary, night, status):
@@ -162,7 +162,7 @@ def _notified(command: list[str], summary: str, night: Night, status: int) -> bo
         reason = f"exit status {done.returncode}: {done.stderr.strip()[-300:]}"
     from reports.results.words import one_line
 
-    people().print(f"notify: {one_line(command[0])}: {one_line(reason)}", soft_wrap=True)
+    stderr_console().print(f"notify: {one_line(command[0])}: {one_line(reason)}", soft_wrap=True)
     return False
 
 
@@ -170,7 +170,7 @@ def _print(night: Night, out: Path) -> None:
     from reports.nightly.landing import sentence
     from reports.results.words import one_line
 
-    console = answers()
+    console = stdout_console()
     for name, step in night.note.steps.items():
         sign = {0: "✓", 3: "!"}.get(step.exit_status, "✗")
         console.print(f"{sign} {name}: {one_line(step.sentence, 1000)}", soft_wrap=True)

@@ -14,10 +14,10 @@ from reports.terminal.console import (
     JobsOption,
     Json,
     ScenesArgument,
-    answers,
     names_in,
     print_json,
     progress,
+    stdout_console,
 )
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def make(
     if json:
         print_json(manifest.model_dump(mode="json"))
     else:
-        answers().print(_summary(out, manifest), soft_wrap=True)
+        stdout_console().print(_summary(out, manifest), soft_wrap=True)
 
 
 @pack.command(epilog="Example: minirt pack verify pack")
@@ -108,9 +108,9 @@ def verify(folder: FolderArgument, jobs: JobsOption = CORES, json: Json = False)
     else:
         for each in found:
             line = f"✗ {one_line(each.scene or 'the pack')}: {one_line(each.what)}"
-            answers().print(line, soft_wrap=True)
+            stdout_console().print(line, soft_wrap=True)
         words = count(len(found), "difference") if found else "every bit is as it was packed"
-        answers().print(f"{folder}: {words}", soft_wrap=True)
+        stdout_console().print(f"{folder}: {words}", soft_wrap=True)
     raise typer.Exit(int(bool(found)))
 
 
@@ -144,7 +144,7 @@ def approve(
     if json:
         print_json({"approvals": [record.model_dump(mode="json") for record in records]})
     else:
-        answers().print(
+        stdout_console().print(
             f"{folder}: {count(len(records), 'frame')} replaced or added, "
             f"{count(len(anew), 'scene')} looked at",
             soft_wrap=True,

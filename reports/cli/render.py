@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import Json, SceneArgument, people, print_json, progress
+from reports.terminal.console import Json, SceneArgument, print_json, progress, stderr_console
 
 if TYPE_CHECKING:
     from minirt.frame import Frame
@@ -146,7 +146,7 @@ def _report(frame: Frame, out: str, seconds: float, json: bool) -> None:
     if json:
         print_json(document)
     what = next(iter(frame)) if len(frame) == 1 else count(len(frame), "quantity", "quantities")
-    people().print(
+    stderr_console().print(
         f"{one_line(out)}: {one_line(frame.meta['scene'])}, {nx} × {ny}, {what}; "
         f"{seconds:.2f} s, {megapixels / seconds:.2f} Mpixel/s",
         soft_wrap=True,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from reports.cli.history_options import FILE
-from reports.terminal.console import Json, answers, people, print_json
+from reports.terminal.console import Json, print_json, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from reports.history.entry import Entry
@@ -60,13 +60,13 @@ def compare(
 
         with atomic_file(html) as path:
             path.write_text(compare_html(found), encoding="utf-8", newline="\n")
-        people().print(f"page: {html}", soft_wrap=True)
+        stderr_console().print(f"page: {html}", soft_wrap=True)
     if json:
         from reports.history.documents import difference_document
 
         print_json(difference_document(found))
     else:
-        print_difference(found, answers())
+        print_difference(found, stdout_console())
     raise typer.Exit(int(found.regressions > 0))
 
 
@@ -98,7 +98,7 @@ def scene_history(
         print_json({"scene": name, "series": [trend_document(*s) for s in by_series.items()]})
         return
     for series, trend in by_series.items():
-        print_trend(series, trend, changes_of(trend), most, answers())
+        print_trend(series, trend, changes_of(trend), most, stdout_console())
 
 
 @report.command(epilog="Example: minirt report record report/results.json")
@@ -116,7 +116,7 @@ def record(
         number, shown = store.append(entry), store.shown
     if json:
         print_json({"run": number, "history": shown})
-    people().print(f"history: run {number} in {shown}", soft_wrap=True)
+    stderr_console().print(f"history: run {number} in {shown}", soft_wrap=True)
 
 
 def _entries(words: list[str], target: str) -> list[Entry]:

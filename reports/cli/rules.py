@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import Json, answers, print_json
+from reports.terminal.console import Json, print_json, stdout_console
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -71,4 +71,4 @@ def _print(traced: Sequence[RuleTrace], with_references: bool) -> None:
         if with_references:
             cells.append("\n".join(f"{who} {count}" for who, count in row.compared.items()) or "–")
         table.add_row(*(Text(cell) for cell in cells))
-    answers().print(table)
+    stdout_console().print(table)

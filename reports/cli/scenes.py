@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import Json, answers, indented, print_json
+from reports.terminal.console import Json, indented, print_json, stdout_console
 
 if TYPE_CHECKING:
     from minirt.scene import Scene
@@ -56,7 +56,7 @@ def _paragraphs(scene: Scene) -> dict[str, Any]:
 def _list(every: list[Scene]) -> None:
     from rich.text import Text
 
-    console = answers()
+    console = stdout_console()
     for scene in every:
         rules = " ".join(scene.rules)
         console.print(Text.assemble((scene.name, "bold"), "  ", (rules, "dim")), soft_wrap=True)
@@ -64,7 +64,7 @@ def _list(every: list[Scene]) -> None:
 
 
 def _show(scene: Scene) -> None:
-    console, screen = answers(), scene.screen
+    console, screen = stdout_console(), scene.screen
     console.print(scene.name, style="bold")
     console.print(indented(scene.about, 0, console))
     console.print(

@@ -23,11 +23,11 @@ from reports.terminal.console import (
     NoCacheOption,
     RequireOption,
     ScenesArgument,
-    answers,
     names_in,
-    people,
     print_json,
     progress,
+    stderr_console,
+    stdout_console,
 )
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def verify(
                 cache=cache_unless(no_cache), before=before, mutants=kills, cluster=workers,
             )  # fmt: skip
         status = recorded(run, kept)
-    print_run(run, people() if json else answers())
+    print_run(run, stderr_console() if json else stdout_console())
     if json:
         print_json(results_document(run))
     raise typer.Exit(status)

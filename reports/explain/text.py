@@ -12,7 +12,7 @@ from rich.text import Text
 from minirt.explain.pixel import Explanation
 from minirt.explain.steps import Step, Value
 from reports.results.words import one_line
-from reports.terminal.console import answers, console_on, indented
+from reports.terminal.console import console_on, indented, stdout_console
 
 #: Characters before a step's sentence; its numbers stand two further in.
 _INDENT = 5
@@ -22,7 +22,7 @@ _DIGITS = 12
 
 def print_explanation(explanation: Explanation) -> None:
     """Print every step on standard output."""
-    _print(explanation, answers())
+    _print(explanation, stdout_console())
 
 
 def explanation_text(explanation: Explanation) -> str:

@@ -84,12 +84,12 @@ def names_in(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def answers() -> Console:
+def stdout_console() -> Console:
     """Where a command's answer goes that was not asked for as JSON."""
     return console_on(sys.stdout)
 
 
-def people() -> Console:
+def stderr_console() -> Console:
     """Where progress, remarks and errors go."""
     return console_on(sys.stderr)
 
@@ -107,7 +107,7 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """A progress bar on a terminal, nothing elsewhere; yields what is to be told (done, total)."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    console = people()
+    console = stderr_console()
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=30),

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from reports.doctor import Examination, Package, Trial
 from reports.results.words import one_line
-from reports.terminal.console import answers
+from reports.terminal.console import stdout_console
 
 #: A mark, a name and what is to be said of it.
 Row = tuple[str, str, str]
@@ -15,7 +15,7 @@ Row = tuple[str, str, str]
 
 def print_examination(found: Examination) -> None:
     """Print what is here and what is missing, with the command that brings it."""
-    console = answers()
+    console = stdout_console()
     _print(console, "machine", [(" ", name, value) for name, value in found.machine.items()])
     _print(console, "packages", [_package(package) for package in found.packages])
     _print(console, "references, each tried", [_trial(trial) for trial in found.references])
