@@ -21,7 +21,8 @@ from minirt.optics import reflect, refract
 from minirt.quantities import QUANTITIES
 from minirt.render import render
 from minirt.rules import SLIDES, Rules
-from minirt.scene import Scene, load_scene
+from minirt.scene import Scene
+from minirt.scene_file.load import load_scene
 from minirt.version import __version__
 
 __all__ = [

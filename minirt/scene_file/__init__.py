@@ -1,1 +1,1 @@
-"""A scene's JSON: its schema, its text, its validation."""
+"""The scene file: its text, schema, validation, and what loading makes of it (`load.py`)."""

@@ -163,7 +163,7 @@ def _screen_form(value: Any) -> str:
     return "look_at form" if named else "slides form"
 
 
-class SceneModel(_Model):
+class SceneDocument(_Model):
     """One scene of minirt, format version 1."""
 
     minirt: Literal[1] = Field(description="version of the format")
@@ -206,7 +206,7 @@ def key_names(place: tuple[int | str, ...]) -> tuple[str, ...]:
     >>> key_names(("objects", 2, "sphere"))
     ('name', 'material', 'type', 'center', 'radius')
     """
-    model: type[BaseModel] = SceneModel
+    model: type[BaseModel] = SceneDocument
     match place:
         case ("screen", form, *below):
             slides = form == "slides form"
@@ -239,6 +239,6 @@ def scene_schema() -> dict[str, Any]:
     """
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **SceneModel.model_json_schema(),
+        **SceneDocument.model_json_schema(),
         "title": "A scene of minirt, format version 1",
     }

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import sys
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from minirt.errors import SceneError
+from minirt.scene_file.atlas import ATLAS_PREFIX, atlas_names, atlas_path
 from minirt.scene_file.validation import json_path, shortened
 
 #: Largest scene file that is read, in bytes.
 MAX_SCENE_BYTES = 256 * 2**20
-#: Digits of the longest integer that is read as one; any longer is out of every range.
+#: Digits of the longest integer that is read as one; a longer one is out of every range.
 _MAX_DIGITS = 400
 #: Levels of brackets that are read; the format has six.
 _MAX_LEVELS = 64
-
-
-def atlas_names() -> tuple[str, ...]:
-    """Names of the scenes that ship with minirt, in alphabetical order."""
-    files = resources.files("minirt").joinpath("atlas").iterdir()
-    return tuple(sorted(f.name[: -len(".json")] for f in files if f.name.endswith(".json")))
 
 
 def read_text(source: str) -> tuple[str, Path, str]:
@@ -43,13 +36,13 @@ def read_text(source: str) -> tuple[str, Path, str]:
         label = "standard input"
         return label, Path(), _decoded(sys.stdin.buffer.read(MAX_SCENE_BYTES + 1), label)
     label = source if source.isprintable() and 0 < len(source) <= 300 else shortened(source)
-    path = _atlas_path(source, label) if source.startswith("atlas:") else Path(source)
+    path = atlas_path(source, label) if source.startswith(ATLAS_PREFIX) else Path(source)
     try:
         with path.open("rb") as stream:
             data = stream.read(MAX_SCENE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        meant = f"atlas:{source}" if source in atlas_names() else ""
+        meant = f"{ATLAS_PREFIX}{source}" if source in atlas_names() else ""
         raise SceneError(
             "the scene file cannot be read", where=label, got=reason, expected=meant
         ) from None
@@ -62,7 +55,7 @@ def decode(text: str, label: str) -> Any:
     Raises
     ------
     SceneError
-        Not JSON, nested too deeply, or a key that stands twice in one object.
+        Not JSON, nested too deeply, or a key that occurs twice in one object.
     """
     try:
         document = json.loads(text, object_pairs_hook=_object, parse_int=_integer)
@@ -83,25 +76,13 @@ def decode(text: str, label: str) -> Any:
     return document
 
 
-def _atlas_path(source: str, label: str) -> Path:
-    name, names = source.removeprefix("atlas:"), atlas_names()
-    if name not in names:
-        close = "".join(f"atlas:{n}, or " for n in difflib.get_close_matches(name, names, 1))
-        raise SceneError(
-            "no such scene in the atlas",
-            where=label,
-            expected=f"{close}one of those that 'minirt scenes' lists",
-        )
-    return Path(str(resources.files("minirt").joinpath("atlas", f"{name}.json")))
-
-
 def _decoded(data: bytes, label: str) -> str:
     if len(data) > MAX_SCENE_BYTES:
         raise SceneError(
             "the scene is too large", where=label, expected=f"at most {MAX_SCENE_BYTES:,} bytes"
         )
     try:
-        return data.decode("utf-8-sig")  # a byte order mark is let pass, as RFC 8259 allows
+        return data.decode("utf-8-sig")  # a byte order mark is accepted, as RFC 8259 allows
     except UnicodeDecodeError as error:
         raise SceneError(
             "the scene is not UTF-8 text",
@@ -111,7 +92,7 @@ def _decoded(data: bytes, label: str) -> str:
 
 
 class _Repeated(dict[str, Any]):
-    """An object in which a key stands twice."""
+    """An object in which a key occurs twice."""
 
     key = ""
 
@@ -134,7 +115,7 @@ def _refuse_repeated(document: Any, path: list[int | str], label: str) -> None:
         raise RecursionError
     if isinstance(document, _Repeated):
         raise SceneError(
-            "a key stands twice in one object",
+            "a key occurs twice in one object",
             where=f"{label}: {json_path([*path, document.key])}",
             expected="each key once",
         )

@@ -9,7 +9,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 
-from minirt.scene import Scene, load_scene
+from minirt import load_scene
+from minirt.scene import Scene
 from reference.fuzz.bench import Bench, Trial
 from reference.fuzz.scenes import mesh_folder, scene_document
 from reference.fuzz.shrink import Shrunk, shrink

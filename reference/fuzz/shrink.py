@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from minirt import load_scene
 from minirt.errors import MinirtError
-from minirt.scene import Scene, load_scene
+from minirt.scene import Scene
 from reference.fuzz.bench import Trial
 from reference.fuzz.placements import Document
 from reference.fuzz.simpler import (

@@ -8,9 +8,10 @@ from functools import cache
 
 import numpy as np
 
+from minirt import load_scene
 from minirt.frame import Frame
 from minirt.quantities import STAGES, Stage
-from minirt.scene import Facets, Scene, load_scene
+from minirt.scene import Facets, Scene
 from reference.compare.comparison import Comparison, compare
 from reference.compare.stability import Exact, Stability, exact_answer, stability_of
 from reference.mutants import CATALOGUE, HONEST

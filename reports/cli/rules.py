@@ -30,7 +30,8 @@ def rules(
 
     The entries of minirt.SLIDES, the scenes of the atlas and the quantities, made from the code.
     """
-    from minirt.scene import atlas_names, load_scene
+    from minirt import load_scene
+    from minirt.scene_file.atlas import atlas_names
     from reference.traceability import trace_rules
 
     passed = list(_passed(results)) if results else []

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def scene_names(named: Sequence[str] | None) -> list[str]:
     """The scenes as they were named; without any those of the atlas."""
-    from minirt.scene import atlas_names
+    from minirt.scene_file.atlas import atlas_names
 
     return list(named or [f"atlas:{name}" for name in atlas_names()])
 
@@ -27,8 +27,8 @@ def chosen_scenes(named: Sequence[str] | None) -> list[Scene]:
     InputError or SceneError
         Two scenes of one name, or one that cannot be loaded.
     """
+    from minirt import load_scene
     from minirt.errors import InputError
-    from minirt.scene import load_scene
     from reports.results.words import one_line, plain
 
     scenes = [load_scene(name) for name in scene_names(named)]

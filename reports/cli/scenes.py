@@ -24,7 +24,7 @@ def scenes(
     What each proves, and the rules it exercises.
     """
     from minirt import load_scene
-    from minirt.scene import atlas_names
+    from minirt.scene_file.atlas import atlas_names
 
     if schema:
         from minirt.scene_file.schema import scene_schema

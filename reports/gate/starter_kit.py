@@ -9,9 +9,9 @@ from pathlib import Path
 from converters.atomic import atomic_folder
 from converters.frames.files import write_frame
 from converters.scene_folder import write_scene_folder
+from minirt import load_scene
 from minirt.errors import InputError
 from minirt.render import render
-from minirt.scene import load_scene
 from minirt.scene_file.schema import scene_schema
 
 #: From the first ray to a mesh, a mirror and glass: scenes that are passed one after the other.

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from minirt import load_scene
 from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
-from minirt.scene import Scene, load_scene
+from minirt.scene import Scene
 from reference.traceability import TRACED
 from reports.grade.hidden import variant
 from reports.grade.parts import known_rule, quantities_judged

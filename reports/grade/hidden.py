@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from minirt.scene import Scene, load_scene
+from minirt import load_scene
+from minirt.scene import Scene
 
 #: How far the window moves, as a share of its side, and the light, as a share of its length.
 _WINDOW, _LIGHT = (0.03, 0.12), 0.08

@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 from converters.atomic import atomic_folder
-from minirt.scene import load_scene
+from minirt import load_scene
 from reports.grade.assignment import Assignment
 
 _SCRIPTS = ("setup.sh", "run_autograder")

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from converters.frames.files import read_frame
+from minirt import load_scene
 from minirt.errors import MinirtError
 from minirt.frame import Array
 from minirt.render import render
-from minirt.scene import load_scene
 from reference.jobs.isolate import Workers
 from reports.pack.manifest import (
     CHECKSUM,

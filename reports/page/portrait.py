@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from minirt import load_scene
 from minirt.frame import Frame
 from minirt.render import render
-from minirt.scene import Scene, load_scene
+from minirt.scene import Scene
 from reports.page.pictures import Span, shrink_factor, shrunk, value_png
 
 #: Largest sides, in pixels.

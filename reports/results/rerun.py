@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
-from minirt.scene import Scene, atlas_names, load_scene
+from minirt import load_scene
+from minirt.scene import Scene
+from minirt.scene_file.atlas import atlas_names
 from reference.registry import REFERENCES
 from reports.cli.subject_options import Subject
 from reports.results.record import Run

@@ -16,10 +16,12 @@ import minirt
 from converters.gltf.materials import material_to_gltf
 from converters.gltf.scene import CHORD_ERROR, export_gltf, gltf_bytes
 from converters.obj import export_obj
+from minirt import load_scene
 from minirt.errors import InputError
 from minirt.render import primary_directions
 from minirt.rules import SLIDES
-from minirt.scene import Facets, Scene, Sphere, atlas_names, load_scene
+from minirt.scene import Facets, Scene, Sphere
+from minirt.scene_file.atlas import atlas_names
 from minirt.screen import VirtualScreen
 from minirt.vectors import Floats, unit
 

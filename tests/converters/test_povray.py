@@ -18,8 +18,9 @@ from converters.povray.materials import material_fault, material_texture
 from converters.povray.media import transparent_bodies
 from converters.povray.scene import brightest, color_faults, export_povray, povray_scene
 from converters.povray.shapes import camera, povray_placement
+from minirt import load_scene
 from minirt.errors import InputError
-from minirt.scene import Material, Scene, load_scene
+from minirt.scene import Material, Scene
 from minirt.screen import image_pixels, model_from_view, pixel_center, view_frame
 from minirt.vectors import Floats, norm
 from reference.renderers.povray.run import find_povray

@@ -11,7 +11,7 @@ import json
 import sys
 
 import minirt
-from minirt.scene import atlas_names
+from minirt.scene_file.atlas import atlas_names
 from tests.helpers.places import HELPERS
 
 KEPT = HELPERS / "atlas-hashes.json"

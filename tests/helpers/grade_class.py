@@ -21,9 +21,10 @@ import numpy as np
 
 from converters.frames.files import write_frame
 from converters.scene_folder import plain_document
+from minirt import load_scene
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
-from minirt.scene import Scene, load_scene
+from minirt.scene import Scene
 from reference.mutants import CATALOGUE, HONEST
 from tests.helpers.places import TESTS
 

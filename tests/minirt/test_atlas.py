@@ -18,7 +18,8 @@ from minirt.frame import Array, Frame
 from minirt.optics import refracted_direction
 from minirt.quantities import QUANTITIES
 from minirt.rules import SLIDES, Rules
-from minirt.scene import Scene, Sphere, atlas_names
+from minirt.scene import Scene, Sphere
+from minirt.scene_file.atlas import atlas_names
 from minirt.screen import ViewFrame, VirtualScreen
 from minirt.shading import Surfaces
 from minirt.shapes.polygon import PolygonHits

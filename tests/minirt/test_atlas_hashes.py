@@ -5,13 +5,14 @@ from __future__ import annotations
 import pytest
 
 import minirt
+from minirt.scene_file.atlas import atlas_names
 from tests.helpers.atlas_hashes import hashes_of, kept_hashes
 
 KEPT = kept_hashes()
 
 
 def test_the_kept_hashes_are_those_of_the_atlas() -> None:
-    assert set(KEPT) == set(minirt.scene.atlas_names())
+    assert set(KEPT) == set(atlas_names())
     assert all(set(hashes) == set(minirt.QUANTITIES) for hashes in KEPT.values())
 
 

@@ -24,8 +24,10 @@ import numpy as np
 import pytest
 
 from converters.mitsuba.scene import camera_fault
+from minirt import load_scene
 from minirt.quantities import QUANTITIES
-from minirt.scene import Scene, atlas_names, load_scene
+from minirt.scene import Scene
+from minirt.scene_file.atlas import atlas_names
 from reference.compare.comparison import Check, without_answer
 from reference.exact import Judgement
 from reference.exact.choice import SAMPLE

@@ -16,9 +16,9 @@ from mpmath import mp
 
 import minirt
 from minirt.errors import MinirtError, SceneError
-from minirt.scene import atlas_names
+from minirt.scene_file.atlas import atlas_names
 from minirt.scene_file.look_at import half_angle_tangent
-from minirt.scene_file.schema import SceneModel, scene_schema
+from minirt.scene_file.schema import SceneDocument, scene_schema
 
 ULP = 2.0**-52
 _SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -63,7 +63,7 @@ _RANGE, _NUMBER = "a number is out of range", "not a number"
 _CONVEX = "expected a convex planar polygon, in order"
 _OBJECT, _ARRAY = "not a JSON object", "not an array"
 
-FAULTS: list[tuple[tuple[str | int, ...], Any, str, str]] = [
+INVALID: list[tuple[tuple[str | int, ...], Any, str, str]] = [
     # where it is put, what is put there, the JSON path named, what the sentence says
     (("minirt",), 2, "minirt", "not a usable value; got 2; expected 1"),
     (("minirt",), True, "minirt", "not a version of the format; got true; expected 1"),
@@ -187,7 +187,9 @@ def _loaded(path: Path, folder: Path) -> str:
 
 
 @pytest.mark.parametrize(
-    ("put", "value", "where", "words"), FAULTS, ids=[f"{f[2]}-{k}" for k, f in enumerate(FAULTS)]
+    ("put", "value", "where", "words"),
+    INVALID,
+    ids=[f"{f[2]}-{k}" for k, f in enumerate(INVALID)],
 )
 def test_a_bad_scene_is_one_sentence_with_file_and_path(
     put: tuple[str | int, ...], value: Any, where: str, words: str, tmp_path: Path
@@ -212,9 +214,9 @@ RAW: dict[str, tuple[bytes, str]] = {
     "1e400": (_TEXT.replace("-1.0", "1e400", 1).encode(), "screen.nu: a number is not finite"),
     "5000 digits": (_TEXT.replace("-1.0", "9" * 5000, 1).encode(), "screen.nu: a number is not"),
     "duplicate key": (_TEXT.replace('"nu"', '"nx": 3, "nu"').encode(),
-                      "screen.nx: a key stands twice in one object; expected each key once"),
+                      "screen.nx: a key occurs twice in one object; expected each key once"),
     "duplicate in an array": (_TEXT.replace('"radius"', '"radius": 2, "radius"').encode(),
-                              "objects[0].radius: a key stands twice in one object"),
+                              "objects[0].radius: a key occurs twice in one object"),
     "deep": (b"[" * 100_000, "nested too deeply; expected at most 64 levels of brackets"),
     "deep and closed": (b"[" * 100_000 + b"]" * 100_000, "nested too deeply"),
     "deep inside": (_TEXT.replace('"small"', "[" * 900 + "]" * 900).encode(), "nested too deeply"),
@@ -296,7 +298,7 @@ def test_standard_input_is_a_source(monkeypatch: pytest.MonkeyPatch) -> None:
         minirt.load_scene("-")
 
 
-def test_a_byte_order_mark_is_let_pass(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
     path = tmp_path / "marked.json"
     path.write_bytes(b"\xef\xbb\xbf" + _TEXT.encode())
     assert minirt.load_scene(path).sha256 == minirt.load_scene(BASE).sha256
@@ -406,13 +408,13 @@ def _validator() -> jsonschema.Draft202012Validator:
 def test_schema_is_the_models() -> None:
     schema = scene_schema()
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
-    assert set(schema["properties"]) == set(SceneModel.model_fields)
+    assert set(schema["properties"]) == set(SceneDocument.model_fields)
     assert json.loads(json.dumps(schema)) == schema
 
 
 def test_schema_accepts_the_documented_example() -> None:
     _validator().validate(EXAMPLE)
-    SceneModel.model_validate(EXAMPLE)
+    SceneDocument.model_validate(EXAMPLE)
 
 
 def test_schema_accepts_every_scene_of_the_atlas() -> None:

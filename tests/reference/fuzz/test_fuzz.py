@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.scene import Scene, load_scene
+from minirt import load_scene
+from minirt.scene import Scene
 from reference.fuzz.bench import Bench
 from reference.fuzz.hunt import HUNT_FLOOR, Hunt, drawn_scene, hunt
 from reference.fuzz.moves import moved

@@ -22,7 +22,7 @@ import trimesh
 
 import minirt
 from converters.frames.files import read_frame
-from minirt.scene import atlas_names
+from minirt.scene_file.atlas import atlas_names
 from reference import registry
 from reports import doctor as doctors
 from reports.cli.main import app, run

@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from minirt import load_scene
 from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES
-from minirt.scene import Scene, load_scene
+from minirt.scene import Scene
 from reference.compare.comparison import compare
 from reference.compare.precision import Claim, declared
 from reference.compare.stability import Exact, Stability, exact_answer, stability_of

@@ -19,9 +19,10 @@ from typing import Any
 
 import pytest
 
+from minirt import load_scene
 from minirt.errors import InputError
 from minirt.quantities import STAGES
-from minirt.scene import Scene, load_scene
+from minirt.scene import Scene
 from reference import registry
 from reference.fuzz.hunt import Hunt
 from reference.mutants.floor import Floor
