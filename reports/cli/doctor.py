@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import typer
 
-from reports.terminal.console import Json, RequireOption, names_in, print_json, progress
+from reports.cli.options import Json, RequireOption
+from reports.inputs import names_in
+from reports.terminal.console import print_json, progress
 
 
 def doctor(

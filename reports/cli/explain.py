@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from reports.cli.options import Json, SceneArgument
 from reports.cli.subject_options import Subject, takes_subject
-from reports.terminal.console import Json, SceneArgument, print_json, stdout_console
+from reports.terminal.console import print_json, stdout_console
 
 
 @takes_subject

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.terminal.console import Json, SceneArgument, print_json, stderr_console, stdout_console
+from reports.cli.options import Json, SceneArgument
+from reports.terminal.console import print_json, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from minirt.scene import Scene

@@ -7,16 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from reports.cli.options import ClusterOption, Json
 from reports.cli.subject_options import Subject, takes_subject
-from reports.terminal.console import (
-    ClusterOption,
-    Json,
-    names_in,
-    print_json,
-    progress,
-    stderr_console,
-    stdout_console,
-)
+from reports.inputs import names_in
+from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from reference.fuzz.hunt import Failure, Hunt
@@ -54,7 +48,7 @@ def fuzz(
     scene file, an explanation of its pixel, and a test in Python and in C++.
     """
     from reference.fuzz.hunt import hunt
-    from reports.cli.scene_options import cluster_at
+    from reports.inputs import cluster_at
     from reports.run import made_folder
 
     judged = _judged(names_in(reference), subject)

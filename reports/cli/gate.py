@@ -10,26 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.cli.history_options import (
-    HistoryOption,
-    NoHistoryOption,
-    known_before,
-    opened,
-    recorded,
-)
-from reports.cli.subject_options import Subject, takes_subject
-from reports.terminal.console import (
+from reports.cli.options import (
     CORES,
+    HistoryOption,
     JobsOption,
     Json,
     MutantsOption,
     NoCacheOption,
+    NoHistoryOption,
     ScenesArgument,
-    print_json,
-    progress,
-    stderr_console,
-    stdout_console,
 )
+from reports.cli.subject_options import Subject, takes_subject
+from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from reports.results.baseline import Baseline
@@ -97,7 +89,8 @@ def gate(
     """
     from minirt.render import chosen_quantities
     from reference.diagnose.by_mutant import diagnose
-    from reports.cli.scene_options import cache_unless, chosen_scenes, scene_names
+    from reports.history.recording import known_before, opened_history, record_run
+    from reports.inputs import cache_unless, chosen_scenes, scene_names
     from reports.results.kills import read_kills
     from reports.results.record import results_document
     from reports.run import run_verify
@@ -115,7 +108,7 @@ def gate(
     known = _baseline(baseline, update)
     kills = None if mutants is None else read_kills(mutants)
     name = subject.cmd or subject.python or str(subject.frames)
-    with opened(history, no_history, out) as kept:
+    with opened_history(history, not no_history, out) as kept:
         before = known_before(kept, loaded, [judged], name)
         with progress("gate") as tell:
             done = iter(range(1, len(loaded) + 1))
@@ -126,7 +119,9 @@ def gate(
                 cache=cache_unless(no_cache), baseline=known, diagnose=diagnose,
                 judged=name, before=before, mutants=kills,
             )  # fmt: skip
-        status = recorded(run, kept)
+        status, lines = record_run(run, kept)
+    for line in lines:
+        stderr_console().print(line, soft_wrap=True)
     print_run(run, stderr_console() if json else stdout_console())
     _look_closer(run, dict(zip(map(id, loaded), scene_names(scenes), strict=True)), subject)
     if json:

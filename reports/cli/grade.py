@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.terminal.console import (
-    ClusterOption,
-    Json,
-    print_json,
-    progress,
-    stderr_console,
-    stdout_console,
-)
+from reports.cli.options import ClusterOption, Json
+from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -64,7 +58,6 @@ def grade(
     was ended goes on where it was. Exit status 0: graded, whatever the marks.
     """
     from minirt.errors import InputError
-    from reports.cli.scene_options import cluster_at, usual_cache
     from reports.grade.assignment import read_assignment
     from reports.grade.files import write_class
     from reports.grade.judge import Desk
@@ -72,6 +65,7 @@ def grade(
     from reports.grade.run import grade_class
     from reports.grade.submission import left_aside, students_in
     from reports.grade.times import read_times
+    from reports.inputs import cluster_at, usual_cache
     from reports.results.words import listed, one_line
 
     assignment = read_assignment(rubric)

@@ -7,14 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import (
-    ClusterOption,
-    Json,
-    names_in,
-    print_json,
-    progress,
-    stdout_console,
-)
+from reports.cli.options import ClusterOption, Json
+from reports.inputs import names_in
+from reports.terminal.console import print_json, progress, stdout_console
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +36,7 @@ def mutants(
     each must fail, first in the stage that it breaks, and the right one must not.
     """
     from reference.mutants.floor import sensitivity_floor
-    from reports.cli.scene_options import cluster_at
+    from reports.inputs import cluster_at
 
     chosen = chosen_mutants(names_in(only))
     with cluster_at(cluster) as workers:

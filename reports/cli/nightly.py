@@ -11,20 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reports.cli.history_options import FILE, HistoryOption
-from reports.terminal.console import (
+from reports.cli.options import (
     CORES,
     ClusterOption,
+    HistoryOption,
     JobsOption,
     Json,
     RequireOption,
     ScenesArgument,
-    names_in,
-    print_json,
-    progress,
-    stderr_console,
-    stdout_console,
 )
+from reports.history import HISTORY_FILE
+from reports.inputs import names_in
+from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from reports.history.store import History
@@ -74,9 +72,8 @@ def nightly(
     what is missing when the same command runs again within a day.
     """
     from reports.cli.mutants import chosen_mutants
-    from reports.cli.scene_options import chosen_scenes, cluster_at
-    from reports.cli.verify import references_of
     from reports.history.store import History as Store
+    from reports.inputs import chosen_scenes, cluster_at, references_of
     from reports.nightly.night import begun
     from reports.nightly.steps import Job, take
     from reports.run import made_folder
@@ -87,7 +84,7 @@ def nightly(
     chosen_mutants(named)
     loaded = chosen_scenes(scenes)
     job = Job(loaded, chosen, required, seconds, tuple(named), jobs, timeout)
-    target = history or str(made_folder(out) / FILE)
+    target = history or str(made_folder(out) / HISTORY_FILE)
     with (
         cluster_at(cluster) as workers,
         Store(target) as kept,

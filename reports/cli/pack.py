@@ -9,16 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from reports.terminal.console import (
-    CORES,
-    JobsOption,
-    Json,
-    ScenesArgument,
-    names_in,
-    print_json,
-    progress,
-    stdout_console,
-)
+from reports.cli.options import CORES, JobsOption, Json, ScenesArgument
+from reports.inputs import names_in
+from reports.terminal.console import print_json, progress, stdout_console
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,7 +76,7 @@ def make(
     uncertain; manifest.json has the SHA-256 of everything, who confirms each quantity, and the
     tolerances. The same pack has the same bytes on every machine.
     """
-    from reports.cli.scene_options import chosen_scenes
+    from reports.inputs import chosen_scenes
     from reports.pack import make_pack
 
     chosen, required = _references(reference, require)
@@ -154,7 +147,7 @@ def approve(
 def _anew(folder: Path, only: Only, scenes: list[str] | None, jobs: int) -> list[Scene]:
     """The scenes that are to be rendered and confirmed anew."""
     from minirt import load_scene
-    from reports.cli.scene_options import chosen_scenes
+    from reports.inputs import chosen_scenes
     from reports.pack import differences, read_manifest
 
     manifest = read_manifest(folder)

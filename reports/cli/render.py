@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import Json, SceneArgument, print_json, progress, stderr_console
+from reports.cli.options import Json, SceneArgument
+from reports.terminal.console import print_json, progress, stderr_console
 
 if TYPE_CHECKING:
     from minirt.frame import Frame

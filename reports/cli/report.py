@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.cli.history_options import FILE
-from reports.terminal.console import Json, print_json, stderr_console, stdout_console
+from reports.cli.options import Json
+from reports.history import HISTORY_FILE
+from reports.terminal.console import print_json, stderr_console, stdout_console
 
 if TYPE_CHECKING:
     from reports.history.entry import Entry
@@ -32,7 +33,7 @@ Run = Annotated[
         help="A run's number, latest, previous, or a results.json or the folder that holds one.",
     ),
 ]
-_USUAL = f"report/{FILE}"
+_USUAL = f"report/{HISTORY_FILE}"
 
 
 @report.command(epilog="Example: minirt report compare previous latest --html compare.html")

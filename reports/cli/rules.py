@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import Json, print_json, stdout_console
+from reports.cli.options import Json
+from reports.terminal.console import print_json, stdout_console
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

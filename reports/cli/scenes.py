@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reports.terminal.console import Json, indented, print_json, stdout_console
+from reports.cli.options import Json
+from reports.terminal.console import indented, print_json, stdout_console
 
 if TYPE_CHECKING:
     from minirt.scene import Scene

@@ -3,35 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from reports.cli.history_options import (
-    HistoryOption,
-    NoHistoryOption,
-    known_before,
-    opened,
-    recorded,
-)
-from reports.terminal.console import (
+from reports.cli.options import (
     CORES,
     ClusterOption,
+    HistoryOption,
     JobsOption,
     Json,
     MutantsOption,
     NoCacheOption,
+    NoHistoryOption,
     RequireOption,
     ScenesArgument,
-    names_in,
-    print_json,
-    progress,
-    stderr_console,
-    stdout_console,
 )
-
-if TYPE_CHECKING:
-    from reference.source import Reference
+from reports.inputs import names_in
+from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
 
 def verify(
@@ -67,7 +56,8 @@ def verify(
     from reference.jobs.isolate import get_ready
 
     get_ready("reports.run")
-    from reports.cli.scene_options import cache_unless, chosen_scenes, cluster_at
+    from reports.history.recording import known_before, opened_history, record_run
+    from reports.inputs import cache_unless, chosen_scenes, cluster_at, references_of
     from reports.results.kills import read_kills
     from reports.results.record import results_document
     from reports.run import run_verify
@@ -76,7 +66,7 @@ def verify(
     chosen, required = references_of(names_in(reference), names_in(require))
     loaded = chosen_scenes(scenes)
     kills = None if mutants is None else read_kills(mutants)
-    with cluster_at(cluster) as workers, opened(history, no_history, out) as kept:
+    with cluster_at(cluster) as workers, opened_history(history, not no_history, out) as kept:
         before = known_before(kept, loaded, chosen)
         with progress("verify") as tell:
             done = iter(range(1, len(loaded) + 1))
@@ -85,18 +75,10 @@ def verify(
                 lambda _, total: tell(next(done), total), timeout=timeout,
                 cache=cache_unless(no_cache), before=before, mutants=kills, cluster=workers,
             )  # fmt: skip
-        status = recorded(run, kept)
+        status, lines = record_run(run, kept)
+    for line in lines:
+        stderr_console().print(line, soft_wrap=True)
     print_run(run, stderr_console() if json else stdout_console())
     if json:
         print_json(results_document(run))
     raise typer.Exit(status)
-
-
-def references_of(
-    named: list[str], required: list[str]
-) -> tuple[tuple[Reference, ...], tuple[str, ...]]:
-    """Whom to compare with, and the names of those that must answer."""
-    from reference.registry import USUAL, choose_references
-
-    must = tuple(each.name for each in choose_references([*named, *required]))
-    return choose_references([*(named or USUAL), *must]), must

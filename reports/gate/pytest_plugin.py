@@ -80,8 +80,7 @@ class _Gate(pytest.Collector):
     def collect(self) -> list[pytest.Item]:
         from minirt.errors import MinirtError
         from minirt.render import chosen_quantities
-        from reports.cli.scene_options import chosen_scenes
-        from reports.terminal.console import names_in
+        from reports.inputs import chosen_scenes, names_in
 
         chosen = names_in(_option(self.config, "scenes"))
         try:
@@ -159,7 +158,7 @@ def _shared(item: GateItem) -> Checks:
 def _judged(item: GateItem) -> Checks:
     from minirt.render import chosen_quantities
     from reference.verify import verify
-    from reports.cli.scene_options import usual_cache
+    from reports.inputs import usual_cache
 
     chosen = [each for each in item.session.items if isinstance(each, GateItem)]
     scenes = list({each.scene.name: each.scene for each in chosen}.values())

@@ -17,7 +17,6 @@ from reference.fuzz.hunt import HUNT_FLOOR, Failure, Hunt, hunt
 from reference.jobs.cluster import Cluster
 from reference.source import Reference
 from reports.cli.fuzz import hunt_document
-from reports.cli.history_options import known_before
 from reports.cli.mutants import (
     chosen_mutants,
     mutants_document,
@@ -29,6 +28,7 @@ from reports.fuzz.case import write_case
 from reports.history.difference import difference
 from reports.history.entry import Entry, read_entry
 from reports.history.pages import compare_html
+from reports.history.recording import known_before
 from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.nightly.night import Night, StepModel, write

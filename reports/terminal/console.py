@@ -12,10 +12,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TextIO
-
-import typer
+from typing import TYPE_CHECKING, Any, TextIO
 
 from reports.terminal.streams import let_go
 
@@ -31,57 +28,6 @@ _CALM = {
 }  # fmt: skip
 #: Columns that a paragraph keeps on a narrow terminal.
 _NARROWEST = 20
-
-Json = Annotated[
-    bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else.")
-]
-SceneArgument = Annotated[
-    str, typer.Argument(help="A scene's JSON file, - for standard input, or atlas:NAME.")
-]
-
-ScenesArgument = Annotated[
-    list[str] | None,
-    typer.Argument(help="JSON files, - or atlas:NAME; without any the whole atlas."),
-]
-JobsOption = Annotated[
-    int, typer.Option("--jobs", "-j", min=1, help="Processes of each kind; all processors.")
-]
-#: Processors that this process may use.
-CORES = len(os.sched_getaffinity(0))
-
-RequireOption = Annotated[
-    str,
-    typer.Option(
-        "--require", metavar="NAMES", envvar="MINIRT_REQUIRE",
-        help="References that must be there and work, separated by commas; else exit status 3.",
-    ),
-]  # fmt: skip
-
-NoCacheOption = Annotated[
-    bool, typer.Option("--no-cache", help="Take nothing from earlier runs: render all anew.")
-]
-
-ClusterOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS", show_default=False,
-        help="A Dask scheduler, as tcp://HOST:PORT, whose workers do the jobs in place of this "
-        "machine.",
-    ),
-]  # fmt: skip
-
-MutantsOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--mutants", metavar="FILE", show_default=False,
-        help="What minirt mutants --json printed, to be shown in the report.",
-    ),
-]  # fmt: skip
-
-
-def names_in(text: str) -> list[str]:
-    """The names in a list that is separated by commas."""
-    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def stdout_console() -> Console:

@@ -1,4 +1,4 @@
-"""What a command is about and what it may use: scenes (the whole atlas), kept frames, a cluster."""
+"""What commands are given, made into what runs need: scenes, references, a cache, a cluster."""
 
 from __future__ import annotations
 
@@ -10,22 +10,30 @@ if TYPE_CHECKING:
     from minirt.scene import Scene
     from reference.cache import Cache
     from reference.jobs.cluster import Cluster
+    from reference.source import Reference
+
+
+def names_in(text: str) -> list[str]:
+    """The names in a list that is separated by commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def scene_names(named: Sequence[str] | None) -> list[str]:
-    """The scenes as they were named; without any those of the atlas."""
+    """The scenes as they were named; without any, those of the atlas."""
     from minirt.scene_file.atlas import atlas_names
 
     return list(named or [f"atlas:{name}" for name in atlas_names()])
 
 
 def chosen_scenes(named: Sequence[str] | None) -> list[Scene]:
-    """Those scenes, loaded; no two of one name, since frames, records and histories go by it.
+    """Load the named scenes, or the atlas; all must have different names.
+
+    Frames, records and histories identify a scene by its name.
 
     Raises
     ------
     InputError or SceneError
-        Two scenes of one name, or one that cannot be loaded.
+        Two scenes have the same name, or one cannot be loaded.
     """
     from minirt import load_scene
     from minirt.errors import InputError
@@ -40,6 +48,16 @@ def chosen_scenes(named: Sequence[str] | None) -> list[Scene]:
     return scenes
 
 
+def references_of(
+    named: Sequence[str], required: Sequence[str]
+) -> tuple[tuple[Reference, ...], tuple[str, ...]]:
+    """The references to compare with, and the names of those that must answer."""
+    from reference.registry import USUAL, choose_references
+
+    must = tuple(each.name for each in choose_references([*named, *required]))
+    return choose_references([*(named or USUAL), *must]), must
+
+
 def usual_cache() -> Cache:
     """Where frames and their stability are kept from run to run."""
     from reference.cache import Cache, usual_folder
@@ -48,12 +66,12 @@ def usual_cache() -> Cache:
 
 
 def cache_unless(no_cache: bool) -> Cache | None:
-    """The usual cache, if nobody forbids it."""
+    """The usual cache; None where the user wants none."""
     return None if no_cache else usual_cache()
 
 
 def cluster_at(address: str | None) -> AbstractContextManager[Cluster | None]:
-    """The workers of the Dask scheduler at an address; none without one.
+    """The workers of the Dask scheduler at an address; None without an address.
 
     Raises
     ------
