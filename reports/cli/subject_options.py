@@ -124,7 +124,8 @@ class Subject:
         bool,
         typer.Option(
             "--sandbox",
-            help="Run the program without network and with no view of anything but its scene.",
+            help="Run the program without network; it sees the system, its scene and the folder "
+            "that it lies in.",
         ),
     ] = False
     timeout: Annotated[
