@@ -15,10 +15,11 @@ import pytest
 from tests.helpers.places import ROOT
 
 PACKAGES = ("minirt", "converters", "reference", "reports")
-FOLDERS = {*PACKAGES, "tests", ".ci", ".github"}
+FOLDERS = {*PACKAGES, "tests", "docs", ".ci", ".github"}
+#: What every project has, and these folders beside it.
 FILES = {
-    "README.md", "LICENSE", "CHANGELOG.md", "Makefile", "pyproject.toml", "requirements.lock",
-    ".gitignore", ".gitattributes",
+    "README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "LICENSE", "Makefile",
+    "pyproject.toml", "requirements.lock", ".pre-commit-config.yaml", ".gitignore",
 }  # fmt: skip
 OF_A_MACHINE = re.compile(r"(?<![\w.}])/(work|home|root|Users)/")
 
@@ -40,10 +41,13 @@ def lint_imports(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True)
 
 
-def test_root_holds_the_agreed_names_only() -> None:
+def test_the_root_holds_what_a_project_has_and_nothing_else() -> None:
     names = {path.name for path in ROOT.iterdir() if not ignored(path.name)}
-    assert names >= FOLDERS
-    assert names - FOLDERS - FILES == set()
+    assert names >= FOLDERS | FILES
+    assert names <= FOLDERS | FILES | {".gitattributes"}
+    assert {path.name for path in (ROOT / ".github").iterdir()} == {
+        "ISSUE_TEMPLATE", "PULL_REQUEST_TEMPLATE.md", "report.png", "workflows",
+    }  # fmt: skip
 
 
 def test_no_file_names_a_place_of_one_machine() -> None:
