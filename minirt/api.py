@@ -228,8 +228,8 @@ def intersect_triangle(
     -------
     TriangleHits
         t, beta, gamma (n,) float64 and case (n,) int32, or scalars for single vectors. The case
-        is a `Meeting`: INSIDE (β, γ, 1−β−γ ∈ [0, 1]), OUTSIDE (the plane is met elsewhere), NONE
-        (parallel ray or degenerate triangle; t = +inf, β = γ = NaN). t is of either sign:
+        is a `TriangleCase`: INSIDE (β, γ, 1−β−γ ∈ [0, 1]), OUTSIDE (the plane is met elsewhere),
+        NONE (parallel ray or degenerate triangle; t = +inf, β = γ = NaN). t is of either sign:
         t < 0 lies behind the observer.
 
     Raises
@@ -238,11 +238,11 @@ def intersect_triangle(
 
     Examples
     --------
-    >>> from minirt.shapes.triangle import Meeting
+    >>> from minirt.shapes.triangle import TriangleCase
     >>> hit = intersect_triangle([0.25, 0.25, 1], [0, 0, -1], [0, 0, 0], [1, 0, 0], [0, 1, 0])
-    >>> hit.t.item(), hit.beta.item(), hit.gamma.item(), Meeting(int(hit.case)).name
+    >>> hit.t.item(), hit.beta.item(), hit.gamma.item(), TriangleCase(int(hit.case)).name
     (1.0, 0.25, 0.25, 'INSIDE')
-    >>> Meeting.NONE.value
+    >>> TriangleCase.NONE.value
     2
 
     Source: S9, E3.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from minirt.geometry import Geometry, Polygon
 from minirt.rules import Rules
-from minirt.shapes.triangle import Meeting
+from minirt.shapes.triangle import TriangleCase
 from minirt.trace import Hits
 from minirt.vectors import Bools, Floats, Ints
 
@@ -54,7 +54,7 @@ def _candidates(
             rows.append(_row(root, spheres.object, np.zeros_like(spheres.object), n))
     if len(tri.object):
         met = rules.triangle(P0_, d_, *(v[:, :, None] for v in (tri.a, tri.b, tri.c, tri.N)))
-        t = np.where(met.case == Meeting.INSIDE, met.t, np.inf)
+        t = np.where(met.case == TriangleCase.INSIDE, met.t, np.inf)
         rows.append(_row(t, tri.object, tri.face, n, met.beta, met.gamma))
     for polygon in geometry.polygons:
         rows.append(_polygon_row(polygon, rules, P0, d))

@@ -10,8 +10,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from minirt.culling import raster
-from minirt.culling.bvh import Tree, build
+from minirt.culling import rasteriser
+from minirt.culling.tree import Tree, build
 from minirt.memory import require_memory
 from minirt.scene import Facets, Scene, Sphere
 from minirt.vectors import Floats, Index, Ints, cross, dot, norm
@@ -47,9 +47,9 @@ class Spheres:
         return build(self.center - self.radius, self.center + self.radius)
 
     @cached_property
-    def groups(self) -> raster.Spheres:
+    def groups(self) -> rasteriser.SphereGroups:
         """Their groups of neighbours."""
-        return raster.Spheres.of(self.tree, self.center, self.radius)
+        return rasteriser.SphereGroups.of(self.tree, self.center, self.radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class Triangles:
 
     @cached_property
     def patches(self) -> Floats:
-        """Their planes, within their edges, (m, 4, 4): see `minirt.culling.sieves.Flat`."""
+        """Their planes, within their edges, (m, 4, 4): see `PlaneBoundingTest`."""
         N = _unit_or_zero(self.N)
         patches = np.empty((N.shape[1], 4, 4))
         patches[:, 0, :3], patches[:, 0, 3] = N.T, dot(self.a, N)
@@ -83,9 +83,11 @@ class Triangles:
         return patches
 
     @cached_property
-    def groups(self) -> raster.Triangles:
+    def groups(self) -> rasteriser.TriangleGroups:
         """Their groups of neighbours."""
-        return raster.Triangles.of(self.tree, (self.a, self.b, self.c), _unit_or_zero(self.N))
+        return rasteriser.TriangleGroups.of(
+            self.tree, (self.a, self.b, self.c), _unit_or_zero(self.N)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +175,7 @@ class Geometry:
 
     @cached_property
     def polygon_patches(self) -> Floats:
-        """The polygons' planes, within their boxes, (m, 5, 4): see `minirt.culling.sieves.Flat`."""
+        """The polygons' planes, within their boxes, (m, 5, 4): see `PlaneBoundingTest`."""
         lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
         facets = [polygon.facets for polygon in self.polygons]
         N = _unit_or_zero(np.concatenate([each.plane for each in facets], axis=1))

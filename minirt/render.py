@@ -6,8 +6,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 
 import numpy as np
 
+from minirt.culling.candidates import few, may_show
 from minirt.culling.cells import CELL, SIDE, cells, pixels_of, squares
-from minirt.culling.offers import few, may_show
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
 from minirt.memory import require_memory
@@ -17,7 +17,7 @@ from minirt.scene import Scene
 from minirt.screen import image_pixels
 from minirt.vectors import Bools, Floats, Index, norm, put
 from minirt.version import __version__
-from minirt.whitted import Branch, Onward, Points, Whitted, refractive
+from minirt.whitted import Branch, Points, SecondaryRays, Whitted, refractive
 
 #: Cells that are told at once whether they may show anything, in whole rows.
 _CELLS = 8_192
@@ -250,8 +250,8 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
         total = np.isnan(refracted.direction[0]).astype(np.int8)
         tile["tir"] = _scatter(some, total, n, "tir")
     if colored:
-        onward = Onward(dark, reflected, refracted)
-        tile["color"], tile[SIGNATURE] = whitted.color_of(points, n, onward=onward)
+        traced = SecondaryRays(dark, reflected, refracted)
+        tile["color"], tile[SIGNATURE] = whitted.color_of(points, n, traced=traced)
     return tile
 
 

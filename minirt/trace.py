@@ -8,12 +8,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from minirt.culling.beams import Rays
-from minirt.culling.offers import Offers, Pairs
+from minirt.culling.candidates import CandidatePairs, Pairs
+from minirt.culling.packets import Rays
 from minirt.geometry import Fans, Geometry
 from minirt.memory import keep_freed_memory
 from minirt.rules import Rules
-from minirt.shapes.triangle import Meeting
+from minirt.shapes.triangle import TriangleCase
 from minirt.vectors import Bools, Floats, Index, Ints, take
 
 keep_freed_memory()
@@ -21,7 +21,7 @@ keep_freed_memory()
 #: Pairs for which a kernel is called: enough to make a call's own cost small, and so many that
 #: its temporaries stay in a few megabytes.
 _BATCH, _PAIRS = 8_192, 65_536
-#: A limit below every t: of a ray whose question is answered.
+#: A t_max below every t: of a ray whose question is answered.
 _ANSWERED = -1e300
 #: Rules that decide what a ray meets: once replaced, they are asked about every pair.
 ASKED_OF_EVERY_PAIR = frozenset(
@@ -139,7 +139,7 @@ class _Query:
         self.any_hit, self.other_than = any_hit, other_than
         self.best = Hits.none((n,))
         #: Largest t that can still matter, for culling only.
-        self.limit = self.t1.copy()
+        self.t_max = self.t1.copy()
         #: t of the second best hit, if that is watched.
         self.next_t: Floats | None = None
         #: Scratch: whose turn it is among the hits of a ray.
@@ -149,25 +149,25 @@ class _Query:
 
     def watch(self, fixed: Floats | float, relative: float) -> Floats:
         """t of the second best hit, once `run`: see `nearest_two`."""
-        self.next_t = np.full(self.limit.shape, np.inf)
+        self.next_t = np.full(self.t_max.shape, np.inf)
         self.relative = relative
-        self.fixed = np.broadcast_to(np.asarray(fixed, dtype=np.float64), self.limit.shape)
+        self.fixed = np.broadcast_to(np.asarray(fixed, dtype=np.float64), self.t_max.shape)
         return self.next_t
 
     def run(self) -> Hits:
-        if not len(self.limit):
+        if not len(self.t_max):
             return self.best
         geometry = self.geometry
-        offers = Offers(geometry, Rays(self.P0, self.d, self.t0), self.limit)
+        candidates = CandidatePairs(geometry, Rays(self.P0, self.d, self.t0), self.t_max)
         if geometry.polygons:
             objects = np.array([polygon.object for polygon in geometry.polygons])
-            self._walk(offers.polygons(), self._polygons, objects)
+            self._walk(candidates.polygons(), self._polygons, objects)
         if len(geometry.spheres.radius):
             spheres = geometry.spheres
-            self._walk(offers.spheres(), self._spheres, spheres.object)
+            self._walk(candidates.spheres(), self._spheres, spheres.object)
         if len(geometry.triangles.object):
             triangles = geometry.triangles
-            offered = offers.triangles()
+            offered = candidates.triangles()
             self._walk(offered, self._triangles, triangles.object, triangles.face)
         return self.best
 
@@ -186,7 +186,7 @@ class _Query:
     ) -> Iterator[Pairs]:
         """Offered pairs, gathered until they are worth a kernel's call.
 
-        What is kept of one batch shortens the offers from the next on.
+        What is kept of one batch shortens the candidates from the next on.
         """
         waiting: list[Pairs] = []
         size = 0
@@ -241,7 +241,7 @@ class _Query:
             take(tri.a, which), take(tri.b, which), take(tri.c, which), take(tri.N, which),
         )  # fmt: skip
         counts = self.rules.in_interval(met.t, _of(self.t0, rays), _of(self.t1, rays))
-        t = np.where(counts & (met.case == Meeting.INSIDE), met.t, np.inf)
+        t = np.where(counts & (met.case == TriangleCase.INSIDE), met.t, np.inf)
         return Hits(t, tri.object[which], tri.face[which], met.beta, met.gamma)
 
     def _polygons(self, rays: Index, which: Index) -> Hits:
@@ -299,7 +299,7 @@ class _Query:
             better = np.flatnonzero(closer)
             rays, found = rays[better], found.take(better)
         best.put(rays, found)
-        self.limit[rays] = _ANSWERED if self.any_hit else self._latest(rays, found.t)
+        self.t_max[rays] = _ANSWERED if self.any_hit else self._latest(rays, found.t)
 
     def _latest(self, rays: Index, t: Floats) -> Floats:
         """Largest t of interest for rays whose best hits are at t."""

@@ -81,8 +81,8 @@ class Branch:
 
 
 @dataclass(frozen=True, eq=False)
-class Onward:
-    """What has been traced onward from points already; None where it has not.
+class SecondaryRays:
+    """Secondary rays of points that have been traced already; None where it has not.
 
     Attributes
     ----------
@@ -219,25 +219,25 @@ class Whitted:
         return self.color_of(self.points(P0, d, hits), P0.shape[1], generation)
 
     def color_of(
-        self, points: Points, n: int, generation: int = 0, onward: Onward = Onward()
+        self, points: Points, n: int, generation: int = 0, traced: SecondaryRays = SecondaryRays()
     ) -> tuple[Floats, Signature]:
-        """As `color`, for n rays of which some have hit points; `onward` saves tracing again."""
+        """As `color`, for n rays of which some have hit points; `traced` saves tracing again."""
         result = np.broadcast_to(column(self.scene.background), (3, n)).copy()
         signature = np.full(n, generation, dtype=np.uint64)
         if len(points.rays):
-            color, path = self._point_color(points, generation, onward)
+            color, path = self._point_color(points, generation, traced)
             put(result, points.rays, color)
             signature[points.rays] = path
         return result, signature
 
     def _point_color(
-        self, points: Points, generation: int, onward: Onward
+        self, points: Points, generation: int, traced: SecondaryRays
     ) -> tuple[Floats, Signature]:
-        dark = self.shadow(points) if onward.dark is None else onward.dark
+        dark = self.shadow(points) if traced.dark is None else traced.dark
         path = _mix(points.hits.object, points.hits.triangle, dark)
         material = points.material
         transparent = np.flatnonzero(material.transmittance > 0)
-        through = self._refracted_of(points, transparent, onward)
+        through = self._refracted_of(points, transparent, traced)
         total = np.zeros(len(points.rays), dtype=np.bool_)
         total[transparent] = np.isnan(through.direction[0])
         k_r, k_t = in_total_reflection(material.reflectance, material.transmittance, total)
@@ -245,7 +245,7 @@ class Whitted:
         if generation < self.scene.max_depth:
             shiny, passing = np.flatnonzero(k_r > 0), np.flatnonzero(~total[transparent])
             if len(shiny):
-                back = self._reflected_of(points, shiny, onward)
+                back = self._reflected_of(points, shiny, traced)
                 color, far = self._branch_color(back, generation)
                 put(mirrored, shiny, color)
                 path[shiny] = _mix(path[shiny], far)
@@ -257,15 +257,15 @@ class Whitted:
         local = self.local_color(points, dark)
         return self.rules.combine(local, mirrored, transmitted, k_r, k_t), _mix(path, total)
 
-    def _reflected_of(self, points: Points, some: Index, onward: Onward) -> Branch:
-        if onward.reflected is None:
+    def _reflected_of(self, points: Points, some: Index, traced: SecondaryRays) -> Branch:
+        if traced.reflected is None:
             return self.reflected(points.take(some))
-        return onward.reflected.take(some)
+        return traced.reflected.take(some)
 
-    def _refracted_of(self, points: Points, some: Index, onward: Onward) -> Branch:
-        if onward.refracted is None:
+    def _refracted_of(self, points: Points, some: Index, traced: SecondaryRays) -> Branch:
+        if traced.refracted is None:
             return self.refracted(points.take(some))
-        return onward.refracted.take(np.searchsorted(refractive(points), some))
+        return traced.refracted.take(np.searchsorted(refractive(points), some))
 
     def _branch_color(self, branch: Branch, generation: int) -> tuple[Floats, Signature]:
         return self.color(branch.origin, branch.direction, branch.hits, generation + 1)

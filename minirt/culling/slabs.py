@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from minirt.culling.beams import Beams, Bounds, Measures
+from minirt.culling.packets import Measures, Packets, RayBounds
 from minirt.vectors import Floats, Index
 
 #: What boxes of a tree of size 1 grow by, in roundings. Coordinates are within ±1: a plane, a ray's
@@ -54,7 +54,7 @@ def rounding(kind: type[np.floating[Any]]) -> float:
     return _ROUNDINGS * float(np.finfo(kind).epsneg)
 
 
-class Slabs(Bounds):
+class Slabs(RayBounds):
     """The bounds of single rays.
 
     A ray's ways are counted along its main axis, from where it enters the tree; it is mirrored
@@ -62,7 +62,7 @@ class Slabs(Bounds):
 
     Parameters
     ----------
-    beams : Beams
+    packets : Packets
         Of one ray each.
     center : (3, 1) float64
         Of the tree.
@@ -75,9 +75,14 @@ class Slabs(Bounds):
     """
 
     def __init__(
-        self, beams: Beams, center: Floats, size: float, pad: float, kind: type[np.floating[Any]]
+        self,
+        packets: Packets,
+        center: Floats,
+        size: float,
+        pad: float,
+        kind: type[np.floating[Any]],
     ) -> None:
-        numbers = beams.table.T.copy()
+        numbers = packets.table.T.copy()
         P0, d, t0 = numbers[:3], numbers[3:6], numbers[6]
         speed = np.abs(d).max(axis=0)
         P = np.copysign(1.0, d) * (P0 - center) / size
@@ -94,14 +99,14 @@ class Slabs(Bounds):
         #: Whose square makes infinity of every positive normal number.
         self._huge = kind(2.0 ** (np.finfo(kind).maxexp - 1))
         # What a ray is asked for lies together: its cost is that of fetching it.
-        self._numbers = np.empty((len(beams), 6), dtype=kind)
+        self._numbers = np.empty((len(packets), 6), dtype=kind)
         self._numbers[:, :3], self._numbers[:, 3:] = entry.T, inverse.T
         self._octant = np.signbit(d).T @ np.array([1, 2, 4], dtype=np.int8)
-        self._index = beams.index[:, 0]
+        self._index = packets.index[:, 0]
 
-    def latest(self, limit: Floats) -> Measures:
+    def latest(self, t_max: Floats) -> Measures:
         """Ways (b,) to the largest t of interest; none at all where the tree is missed."""
-        way = limit.take(self._index)
+        way = t_max.take(self._index)
         with np.errstate(all="ignore"):
             way *= self._speed
             way -= self._begin

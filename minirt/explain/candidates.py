@@ -9,7 +9,7 @@ import numpy as np
 from minirt.explain.steps import Step, Value, number
 from minirt.scene import Facets, Scene, Sphere
 from minirt.shapes.sphere import sphere_quadratic
-from minirt.shapes.triangle import Meeting
+from minirt.shapes.triangle import TriangleCase
 from minirt.trace import Hits
 from minirt.vectors import Bools, Floats, column
 from minirt.whitted import Whitted
@@ -118,18 +118,18 @@ def _faces(
     rules = whitted.rules
     every = np.broadcast_to(P0, (3, len(thing.faces))), np.broadcast_to(d, (3, len(thing.faces)))
     met = rules.triangle(*every, *thing.corners, thing.edge_normals)
-    inside = met.case == Meeting.INSIDE
+    inside = met.case == TriangleCase.INSIDE
     counts = inside & rules.in_interval(met.t, 0.0, np.inf)
     face = int(np.where(counts, met.t, np.inf).argmin())
     t = float(met.t[face]) if counts[face] else np.inf
-    case = Meeting(int(met.case[face]))
+    case = TriangleCase(int(met.case[face]))
     if counts[face]:
         sentence = f"β, γ, 1−β−γ ∈ [0, 1] in face {face}, at t = {t:.6g}."
     elif inside[face]:
         sentence = f"It is met at t = {met.t[face]:.6g}, behind the origin."
     elif thing.type == "mesh":
         sentence = f"None of its {len(thing.faces)} faces is hit."
-    elif case == Meeting.OUTSIDE:
+    elif case == TriangleCase.OUTSIDE:
         sentence = f"Its plane is met at t = {met.t[face]:.6g}, outside the triangle."
     else:
         sentence = "No β, γ: the ray is parallel to its plane, or it is degenerate."

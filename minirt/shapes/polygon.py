@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minirt.shapes.close_calls import within_span
-from minirt.shapes.triangle import Meeting, TriangleHits
+from minirt.shapes.triangle import TriangleCase, TriangleHits
 from minirt.vectors import Floats, Index, Ints, dot, norm, take
 
 
@@ -73,7 +73,7 @@ def polygon_hit(
     for k in range(fans[0].shape[1]):
         a, b, c, N = (_of(v[:, k], pending) for v in fans)
         meeting = triangle(P0, d, a, b, c, N)
-        holds = meeting.case == Meeting.INSIDE
+        holds = meeting.case == TriangleCase.INSIDE
         held, open_ = np.flatnonzero(holds), np.flatnonzero(~holds)
         chosen, now = pending[held], t[pending]
         now = np.where(holds & np.isinf(now), meeting.t, now)

@@ -12,7 +12,7 @@ from minirt.shapes.plane import over_slope
 from minirt.vectors import Bools, Floats, Ints, cross, dot
 
 
-class Meeting(IntEnum):
+class TriangleCase(IntEnum):
     """S9's three cases."""
 
     INSIDE = 0
@@ -30,7 +30,7 @@ class TriangleHits(NamedTuple):
     t, beta, gamma : (n,) float64
         Solution of P0 + t·d = (1−β−γ)a + βb + γc; t = +inf and β = γ = NaN in case NONE.
     case : (n,) int32
-        A `Meeting`.
+        A `TriangleCase`.
     """
 
     t: Floats
@@ -71,7 +71,9 @@ def triangle_hit(P0: Floats, d: Floats, a: Floats, b: Floats, c: Floats, N: Floa
     total = w_a + w_b + w_c
     none = np.isinf(t) | (total == 0)
     total = np.where(none, 1.0, total)
-    case = np.where(none, Meeting.NONE, np.where(inside, Meeting.INSIDE, Meeting.OUTSIDE))
+    case = np.where(
+        none, TriangleCase.NONE, np.where(inside, TriangleCase.INSIDE, TriangleCase.OUTSIDE)
+    )
     return TriangleHits(
         np.where(none, np.inf, t),
         np.where(none, np.nan, w_b / total),

@@ -12,7 +12,7 @@ from minirt.rules import SLIDES
 from minirt.scene import Facets, Scene
 from minirt.shapes.plane import edge_normal
 from minirt.shapes.polygon import PolygonHits, polygon_hit
-from minirt.shapes.triangle import Meeting, TriangleHits, triangle_hit
+from minirt.shapes.triangle import TriangleCase, TriangleHits, triangle_hit
 from minirt.vectors import Bools, Floats, dot
 from reference.mutants.mutant import Mutant
 
@@ -25,8 +25,12 @@ _BIAS = 0.01
 
 
 def _judged_anew(met: TriangleHits, inside: Bools) -> TriangleHits:
-    case = np.where(inside & (met.case != Meeting.NONE), Meeting.INSIDE, Meeting.OUTSIDE)
-    return met._replace(case=np.where(met.case == Meeting.NONE, met.case, case).astype(np.int32))
+    case = np.where(
+        inside & (met.case != TriangleCase.NONE), TriangleCase.INSIDE, TriangleCase.OUTSIDE
+    )
+    return met._replace(
+        case=np.where(met.case == TriangleCase.NONE, met.case, case).astype(np.int32)
+    )
 
 
 def _sum_forgotten(P0: Floats, d: Floats, *triangle: Floats) -> TriangleHits:
@@ -43,7 +47,7 @@ def _biased(P0: Floats, d: Floats, *triangle: Floats) -> TriangleHits:
 
 def _culled(P0: Floats, d: Floats, *triangle: Floats) -> TriangleHits:
     met = triangle_hit(P0, d, *triangle)
-    return _judged_anew(met, (met.case == Meeting.INSIDE) & (dot(d, triangle[3]) < 0))
+    return _judged_anew(met, (met.case == TriangleCase.INSIDE) & (dot(d, triangle[3]) < 0))
 
 
 def _weights_exchanged(P0: Floats, d: Floats, *triangle: Floats) -> TriangleHits:

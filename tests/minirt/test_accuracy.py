@@ -20,7 +20,7 @@ from mpmath import mp, mpf
 import minirt
 from minirt.rules import SLIDES
 from minirt.shapes.plane import edge_normal
-from minirt.shapes.triangle import Meeting
+from minirt.shapes.triangle import TriangleCase
 from minirt.vectors import Floats
 from reference.exact.condition import (
     BOUND,
@@ -300,7 +300,7 @@ def test_triangle_t_is_within_4_ulp_times_its_condition(family: str) -> None:
     hits = minirt.intersect_triangle(*rays)
     worst, ran = 0.0, 0
     with mp.workprec(400):
-        for k in np.flatnonzero(hits.case == Meeting.INSIDE):
+        for k in np.flatnonzero(hits.case == TriangleCase.INSIDE):
             t, condition = _triangle_exact(*_numbers(mpf, *(v[:, k] for v in rays)))
             worst = max(worst, float(abs(mpf(hits.t[k]) - t) / abs(t) / condition / ULP))
             ran += 1
@@ -322,7 +322,7 @@ def test_triangle_inside_or_outside_agrees_with_rational_arithmetic(family: str)
         if all(abs(x) > Fraction(4 * ULP) * m for x, m in zip(w, moves, strict=True)):
             decided += 1
             inside = all(x / total >= 0 for x in w)
-            assert case[k] == (Meeting.INSIDE if inside else Meeting.OUTSIDE), (family, k)
+            assert case[k] == (TriangleCase.INSIDE if inside else TriangleCase.OUTSIDE), (family, k)
     assert decided > 0.5 * COUNT
 
 
@@ -426,4 +426,4 @@ def test_what_many_rays_share_changes_no_bit(tilt: float) -> None:
     for name in shared_polygon._fields:
         one, other = getattr(shared_polygon, name), getattr(alone_polygon, name)
         assert one.tobytes() == other.tobytes(), name
-    assert (shared.case == Meeting.INSIDE).sum() > (500 if tilt else -1)
+    assert (shared.case == TriangleCase.INSIDE).sum() > (500 if tilt else -1)

@@ -23,7 +23,7 @@ from minirt.scene_file.atlas import atlas_names
 from minirt.screen import ViewFrame, VirtualScreen
 from minirt.shading import Surfaces
 from minirt.shapes.polygon import PolygonHits
-from minirt.shapes.triangle import Meeting, TriangleHits
+from minirt.shapes.triangle import TriangleCase, TriangleHits
 from minirt.vectors import Bools, Floats, dot, norm, unit
 
 NAMES = atlas_names()
@@ -106,8 +106,8 @@ def parallelogram(*given: Any) -> TriangleHits:
     """β + γ ≤ 1 forgotten."""
     hits = SLIDES.triangle(*given)
     inside = (hits.beta >= 0) & (hits.gamma >= 0) & (hits.beta <= 1) & (hits.gamma <= 1)
-    inside &= hits.case != Meeting.NONE
-    case = np.where(inside, Meeting.INSIDE, hits.case).astype(np.int32)
+    inside &= hits.case != TriangleCase.NONE
+    case = np.where(inside, TriangleCase.INSIDE, hits.case).astype(np.int32)
     return hits._replace(case=case)
 
 

@@ -17,7 +17,7 @@ from minirt.errors import InputError
 from minirt.rules import Rules
 from minirt.screen import model_from_view, pixel_center, view_frame
 from minirt.shapes.polygon import fan
-from minirt.shapes.triangle import Meeting
+from minirt.shapes.triangle import TriangleCase
 from minirt.vectors import Floats
 
 ULP = 2.0**-52
@@ -263,7 +263,7 @@ _A, _B, _C = [0, 0, 0], [1, 0, 0], [0, 1, 0]
 )  # fmt: skip
 def test_S9_tells_inside_from_outside(x: float, y: float, case: str) -> None:
     hit = minirt.intersect_triangle([x, y, 3], [0, 0, -2], _A, _B, _C)
-    assert Meeting(int(hit.case)).name == case
+    assert TriangleCase(int(hit.case)).name == case
     assert _floats(hit.t, hit.beta, hit.gamma) == (1.5, x, y)
 
 
@@ -273,7 +273,7 @@ def test_S9_third_case_parallel_or_degenerate() -> None:
     line = minirt.intersect_triangle([0.5, 0, 3], [0, 0, -1], _A, _B, [2, 0, 0])
     point = minirt.intersect_triangle([0, 0, 3], [0, 0, -1], _A, _A, _A)
     for hit in (parallel, within, line, point):
-        assert hit.case == Meeting.NONE
+        assert hit.case == TriangleCase.NONE
         assert hit.t == np.inf
         assert np.isnan([hit.beta, hit.gamma]).all()
 
@@ -286,7 +286,7 @@ def test_S9_degenerate_triangles_are_never_hit() -> None:
     P0 = rng.normal(size=(3, 300)) * 20
     d = a + (b - a) * rng.random(300) - P0
     hit = minirt.intersect_triangle(P0, d, a, b, c)
-    assert (hit.case == Meeting.NONE).all()
+    assert (hit.case == TriangleCase.NONE).all()
 
 
 def test_S9_weights_and_t_solve_equation_3() -> None:
@@ -305,7 +305,7 @@ def test_E3_t_may_lie_beyond_1() -> None:
     """The slide asks for t, β, γ ∈ [0, 1]; t is S6's, here 5."""
     hit = minirt.intersect_triangle([0.25, 0.25, 5], [0, 0, -1], _A, _B, _C)
     assert hit.t == 5
-    assert hit.case == Meeting.INSIDE
+    assert hit.case == TriangleCase.INSIDE
 
 
 # -- S10, S11: the polygon -------------------------------------------------------------------------

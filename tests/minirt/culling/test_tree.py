@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.culling.beams import Rays
-from minirt.culling.bvh import visit
-from minirt.culling.offers import Offers
-from minirt.culling.sieves import Flat, Round
+from minirt.culling.bounding_tests import PlaneBoundingTest, SphereBoundingTest
+from minirt.culling.candidates import CandidatePairs
+from minirt.culling.packets import Rays
+from minirt.culling.tree import visit
 from minirt.every_hit import every_hit
 from minirt.geometry import Geometry
 from minirt.rules import SLIDES
@@ -119,8 +119,8 @@ def test_many_rays_meet_few_boxes() -> None:
     spheres = Geometry.of(scene).spheres
     rays = Rays(np.zeros((3, 2000)), rng.normal(size=(3, 2000)), np.zeros(2000))
     asked = sum(
-        beams.size * len(primitives)
-        for beams, _, primitives in visit(spheres.tree, rays.beams, np.full(2000, np.inf), 0.0)
+        packets.size * len(primitives)
+        for packets, _, primitives in visit(spheres.tree, rays.packets, np.full(2000, np.inf), 0.0)
     )
     assert 0 < asked < 0.1 * 500 * 2000
 
@@ -155,10 +155,10 @@ def test_rays_without_order_meet_few_boxes_beside_something_large(large: float) 
     spheres = Geometry.of(scene).spheres
     P0, d = rng.uniform(-1, 1, (3, 1000)) * [[1], [1], [3]], rng.normal(size=(3, 1000))
     rays = Rays(P0, d, np.zeros(1000))
-    assert [beams.size for beams in rays.beams][-1] == 1
+    assert [packets.size for packets in rays.packets][-1] == 1
     asked = sum(
-        beams.size * len(primitives)
-        for beams, _, primitives in visit(spheres.tree, rays.beams, np.full(1000, np.inf), 1e-9)
+        packets.size * len(primitives)
+        for packets, _, primitives in visit(spheres.tree, rays.packets, np.full(1000, np.inf), 1e-9)
     )
     assert 1000 < asked < 0.05 * 501 * 1000
 
@@ -238,12 +238,15 @@ def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
     few = [objects[k] for k in rng.permutation(len(objects))[:12]]
     few = _moved(few, far * np.array([1.0, -0.7, 0.3]))
     geometry, rays = Geometry.of(scene_with(few)), _blocks(rng, few, kind)
-    spheres, limit = geometry.spheres, np.full(rays.t0.shape, 1e9)
-    for sieve, m in (
-        (Round(spheres.center, spheres.radius, limit), len(spheres.radius)),
-        (Flat(lambda: geometry.triangles.patches, 1e-9, limit), len(geometry.triangles.object)),
+    spheres, t_max = geometry.spheres, np.full(rays.t0.shape, 1e9)
+    for test, m in (
+        (SphereBoundingTest(spheres.center, spheres.radius, t_max), len(spheres.radius)),
+        (
+            PlaneBoundingTest(lambda: geometry.triangles.patches, 1e-9, t_max),
+            len(geometry.triangles.object),
+        ),
     ):
-        assert m < 4 or sieve.blocks(rays.blocks, np.arange(m)).mean() < 0.9
+        assert m < 4 or test.blocks(rays.blocks, np.arange(m)).mean() < 0.9
     for t1 in (np.inf, 1.0):
         culled, asked = (
             nearest(geometry, rules, rays.P0, rays.d, 0.0, t1) for rules in (SLIDES, BRUTE)
@@ -264,8 +267,8 @@ def test_no_ray_is_offered_one_of_few_primitives_twice(n: int) -> None:
         P0 = rng.normal(size=(3, n)) * own
         P0 = P0 if own else np.broadcast_to(P0[:, :1], P0.shape)
         d = np.array([[0.0], [0.0], [1.0]]) + 0.01 * rng.normal(size=(3, n))
-        offers = Offers(geometry, Rays(P0, d, np.zeros(n)), np.full(n, np.inf))
-        pairs = np.concatenate([np.stack(pair) for pair in offers.spheres()], axis=1)
+        candidates = CandidatePairs(geometry, Rays(P0, d, np.zeros(n)), np.full(n, np.inf))
+        pairs = np.concatenate([np.stack(pair) for pair in candidates.spheres()], axis=1)
         assert len(around) * n <= pairs.shape[1] == np.unique(pairs, axis=1).shape[1]
         assert pairs[0].max() < n
 
@@ -278,8 +281,8 @@ def test_blocks_that_a_ball_fills_are_known() -> None:
     aim[2] = -10.0
     rays = Rays(np.zeros_like(aim), aim, np.zeros(25_600))
     spheres, every = geometry.spheres, np.arange(400)
-    sieve = Round(spheres.center, spheres.radius, np.full(25_600, np.inf))
-    filled = sieve.filled(rays.blocks, every, np.zeros_like(every))
+    test = SphereBoundingTest(spheres.center, spheres.radius, np.full(25_600, np.inf))
+    filled = test.filled(rays.blocks, every, np.zeros_like(every))
     met = (nearest(geometry, SLIDES, rays.P0, rays.d, 0.0).object >= 0).reshape(400, 64)
     assert met[filled].mean() > 0.95
     assert met[filled].sum() > 0.6 * met.sum()

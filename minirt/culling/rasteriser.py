@@ -1,7 +1,7 @@
-"""Culling by conservative rasterization: which primitives lie over the points of a picture.
+"""Culling by conservative rasterization: which primitives lie over the points of a grid.
 
 They are drawn a little larger than they are, row by row, and near ones first, so that what
-rays have met hides what lies behind. Like a tree's boxes, this only offers primitives to rays.
+rays have met hides what lies behind. Like a tree's boxes, this only candidates primitives to rays.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.culling.bvh import Tree
-from minirt.culling.picture import NOTHING, Picture
-from minirt.culling.sieves import GRAZING
+from minirt.culling.bounding_tests import GRAZING
+from minirt.culling.ray_grid import NOTHING, RayGrid
+from minirt.culling.tree import Tree
 from minirt.vectors import Floats, Index, norm, take
 
-#: Primitives a ray that are worth drawing.
+#: Primitives a ray that are worth rasteriser.
 _MOST = 16
 #: Primitives that are too close to be drawn, at most.
 _FEW = 128
@@ -28,8 +28,8 @@ _CHUNK, _ROWS, _PAIRS = 32_768, 65_536, 16_384
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
-    """Triangles as they lie in a picture, grown by as much as rays may pass by them.
+class Projected:
+    """Triangles as they lie in a grid, grown by as much as rays may pass by them.
 
     What is round is a triangle of no size that is grown by its radius.
 
@@ -52,9 +52,9 @@ class Placed:
     far: Floats
     grown: Floats
 
-    def take(self, index: Index) -> Placed:
+    def take(self, index: Index) -> Projected:
         """Some of them."""
-        return Placed(*(value.take(index, axis=-1) for value in vars(self).values()))
+        return Projected(*(value.take(index, axis=-1) for value in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,19 +75,19 @@ class Groups(ABC):
     radius: Floats
 
     @abstractmethod
-    def placed(self, picture: Picture, groups: Index) -> Placed:
+    def placed(self, grid: RayGrid, groups: Index) -> Projected:
         """The members of some groups; of those that are not `beyond` only the depths count."""
 
 
 @dataclass(frozen=True, eq=False)
-class Triangles(Groups):
+class TriangleGroups(Groups):
     """Triangles by their corners (3, 3, k, s), by coordinate and vertex, and unit normals."""
 
     corners: Floats
     N: NDArray[np.float32]
 
     @classmethod
-    def of(cls, tree: Tree, corners: tuple[Floats, Floats, Floats], N: Floats) -> Triangles:
+    def of(cls, tree: Tree, corners: tuple[Floats, Floats, Floats], N: Floats) -> TriangleGroups:
         """Triangles with those vertices (3, m), as they stand together in their tree."""
         members = _neighbours(tree)
         gathered = np.empty((3, 3, *members.shape))
@@ -97,7 +97,7 @@ class Triangles(Groups):
         normals = N.astype(np.float32).take(members, axis=1)
         return cls(members, (low + high) / 2, norm(high - low) / 2, gathered, normals)
 
-    def placed(self, picture: Picture, groups: Index) -> Placed:
+    def placed(self, grid: RayGrid, groups: Index) -> Projected:
         """The triangles of some groups.
 
         Where rays meet a plane at a small angle, a kernel's point of it may be anywhere near the
@@ -106,40 +106,40 @@ class Triangles(Groups):
         which = self.members.take(groups, axis=0).ravel()
         X = self.corners.take(groups, axis=2).reshape(3, 3, -1)
         N = self.N.take(groups, axis=1).reshape(3, -1).astype(np.float64)
-        u, v, depth = (c.reshape(3, -1) for c in picture.points(X.reshape(3, -1)))
+        u, v, depth = (c.reshape(3, -1) for c in grid.points(X.reshape(3, -1)))
         near, far = reduce(np.minimum, depth), reduce(np.maximum, depth)
-        grown = np.full(len(which), picture.pad)
-        flat = np.flatnonzero(picture.grazes(X[:, 0], N, far, GRAZING))
+        grown = np.full(len(which), grid.pad)
+        flat = np.flatnonzero(grid.grazes(X[:, 0], N, far, GRAZING))
         corners = X[:, :, flat]
         edges = corners - corners[:, [1, 2, 0]]
         grown[flat] += np.sqrt((edges * edges).sum(axis=0).max(axis=0))
         near, far = near - grown, far + grown
-        return Placed(which, u, v, near, far, picture.seen_size(grown, near))
+        return Projected(which, u, v, near, far, grid.seen_size(grown, near))
 
 
 @dataclass(frozen=True, eq=False)
-class Spheres(Groups):
+class SphereGroups(Groups):
     """Spheres by their centers (3, k, s) and radii (k, s)."""
 
     centers: Floats
     radii: Floats
 
     @classmethod
-    def of(cls, tree: Tree, center: Floats, radius: Floats) -> Spheres:
+    def of(cls, tree: Tree, center: Floats, radius: Floats) -> SphereGroups:
         """Spheres of those centers (3, m) and radii (m,), as they stand together in their tree."""
         members = _neighbours(tree)
         centers, radii = center.take(members, axis=1), radius.take(members)
         low, high = (centers - radii).min(axis=2), (centers + radii).max(axis=2)
         return cls(members, (low + high) / 2, norm(high - low) / 2, centers, radii)
 
-    def placed(self, picture: Picture, groups: Index) -> Placed:
+    def placed(self, grid: RayGrid, groups: Index) -> Projected:
         """The spheres of some groups."""
         which = self.members.take(groups, axis=0).ravel()
-        grown = self.radii.take(groups, axis=0).ravel() + picture.pad
-        u, v, depth = picture.points(self.centers.take(groups, axis=1).reshape(3, -1))
+        grown = self.radii.take(groups, axis=0).ravel() + grid.pad
+        u, v, depth = grid.points(self.centers.take(groups, axis=1).reshape(3, -1))
         near, far = depth - grown, depth + grown
         u, v = (np.broadcast_to(x, (3, len(x))) for x in (u, v))
-        return Placed(which, u, v, near, far, picture.seen_size(grown, near))
+        return Projected(which, u, v, near, far, grid.seen_size(grown, near))
 
 
 def _neighbours(tree: Tree) -> Index:
@@ -147,8 +147,8 @@ def _neighbours(tree: Tree) -> Index:
     return tree.primitives.reshape(-1, int(np.prod([boxes.shape[2] for boxes in tree.boxes[-2:]])))
 
 
-class Drawing:
-    """Primitives to be drawn over a picture.
+class Rasteriser:
+    """Primitives to be drawn over a grid.
 
     Attributes
     ----------
@@ -158,74 +158,74 @@ class Drawing:
         Those that are too close to be drawn: any ray may meet them.
     """
 
-    def __init__(self, picture: Picture, groups: Groups) -> None:
-        self._picture, self._groups = picture, groups
-        u, v, depth = picture.points(groups.middle)
-        reach = groups.radius + picture.pad
+    def __init__(self, grid: RayGrid, groups: Groups) -> None:
+        self._grid, self._groups = grid, groups
+        u, v, depth = grid.points(groups.middle)
+        reach = groups.radius + grid.pad
         # A triangle may be grown by its own length, and then still is within three radii.
-        sure = picture.beyond(depth - 3.0 * reach)
-        size = picture.seen_size(reach, np.where(sure, depth, 0.0))
+        sure = grid.beyond(depth - 3.0 * reach)
+        size = grid.seen_size(reach, np.where(sure, depth, 0.0))
         u, v = np.where(sure, u, 0.0), np.where(sure, v, 0.0)  # of others, anywhere
         self._balls = np.stack((u, v, size, depth - reach))
-        seen = picture.shows(u, v, size) & (depth + reach >= picture.earliest.min())
+        seen = grid.shows(u, v, size) & (depth + reach >= grid.earliest.min())
         some, unsure = np.flatnonzero(seen), np.flatnonzero(seen & ~sure)
         self._order = some[np.argsort(self._balls[3].take(some))]
-        n, many = len(picture), groups.members.shape[1]
+        n, many = len(grid), groups.members.shape[1]
         self.worth = len(some) * many <= _MOST * n and len(unsure) * many <= n
         if self.worth:
-            placed = groups.placed(picture, unsure)
-            close = ~picture.beyond(placed.near) & (placed.far >= 0)
+            placed = groups.placed(grid, unsure)
+            close = ~grid.beyond(placed.near) & (placed.far >= 0)
             self.close = np.unique(placed.which[close])
             self.worth = len(self.close) <= _FEW
 
-    def pairs(self, limit: Floats) -> Iterator[tuple[Index, Index]]:
-        """Yield (rays, primitives): pairs (p,) that may meet by t = limit (n,), near ones first.
+    def pairs(self, t_max: Floats) -> Iterator[tuple[Index, Index]]:
+        """Yield (rays, primitives): pairs (p,) that may meet by t = t_max (n,), near ones first.
 
-        The caller may lower the limit between two steps.
+        The caller may lower the t_max between two steps.
         """
         step = max(1, _CHUNK // self._groups.members.shape[1])
         for start in range(0, len(self._order), step):
             some = self._order[start : start + step]
-            if start or limit.min() < np.inf:
+            if start or t_max.min() < np.inf:
                 u, v, radius, near = take(self._balls, some)
-                some = some[~self._picture.hides(u, v, radius, near, limit)]
-            placed = self._groups.placed(self._picture, some)
-            drawable = self._picture.beyond(placed.near)
+                some = some[~self._grid.hides(u, v, radius, near, t_max)]
+            placed = self._groups.placed(self._grid, some)
+            drawable = self._grid.beyond(placed.near)
             if not drawable.all():
                 placed = placed.take(np.flatnonzero(drawable))
-            yield from self._drawn(placed, limit)
+            yield from self._drawn(placed, t_max)
 
-    def _drawn(self, placed: Placed, limit: Floats) -> Iterator[tuple[Index, Index]]:
+    def _drawn(self, placed: Projected, t_max: Floats) -> Iterator[tuple[Index, Index]]:
         """The pairs of some primitives."""
-        picture, grown = self._picture, placed.grown
+        grid, grown = self._grid, placed.grown
         (left, right), (bottom, top) = _ends(placed.u, grown), _ends(placed.v, grown)
-        first, count = picture.rows(bottom, top)
-        in_first = picture.run(first, left, right)[1]
+        first, count = grid.rows(bottom, top)
+        in_first = grid.run(first, left, right)[1]
         some = np.flatnonzero((count > 1) | (count == 1) & (in_first > 0))
         placed, first, count = placed.take(some), first.take(some), count.take(some)
         outlines = _Outlines.of(placed)
         for one in _pieces(count, _ROWS):
             row = _each(first[one], count[one])
             which = np.repeat(np.arange(one.start, one.stop), count[one])
-            left, right = outlines.within(*picture.band(row), which)
-            at, many = picture.run(row, left, right)
+            left, right = outlines.within(*grid.band(row), which)
+            at, many = grid.run(row, left, right)
             some = np.flatnonzero(many > 0)
             at, many, which = at.take(some), many.take(some), which.take(some)
             left, right = left.take(some), right.take(some)
             for few in _pieces(many, _PAIRS):
                 run = np.repeat(np.arange(few.start, few.stop), many[few])
-                rays, drawn = picture.rays(_each(at[few], many[few])), which.take(run)
-                u = picture.u.take(rays)
+                rays, drawn = grid.rays(_each(at[few], many[few])), which.take(run)
+                u = grid.u.take(rays)
                 over = (left.take(run) <= u) & (u <= right.take(run))
-                over &= placed.far.take(drawn) >= picture.earliest.take(rays)
-                over &= placed.near.take(drawn) <= picture.latest(limit, rays)
+                over &= placed.far.take(drawn) >= grid.earliest.take(rays)
+                over &= placed.near.take(drawn) <= grid.latest(t_max, rays)
                 some = np.flatnonzero(over)
                 yield rays.take(some), placed.which.take(drawn.take(some))
 
 
 @dataclass(frozen=True, eq=False)
 class _Outlines:
-    """Grown triangles of a picture: their vertices by v, and the slopes of u from one to another.
+    """Grown triangles of a grid: their vertices by v, and the slopes of u from one to another.
 
     Attributes
     ----------
@@ -247,7 +247,7 @@ class _Outlines:
     upper: Floats
 
     @classmethod
-    def of(cls, placed: Placed) -> _Outlines:
+    def of(cls, placed: Projected) -> _Outlines:
         """The outlines of triangles."""
         u, v = list(placed.u), list(placed.v)
         for i, j in ((0, 1), (1, 2), (0, 1)):

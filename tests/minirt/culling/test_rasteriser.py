@@ -1,4 +1,4 @@
-"""Triangles drawn over a picture of rays: never a bit changed, and asked where they are cheaper."""
+"""Triangles drawn over a grid of rays: never a bit changed, and asked where they are cheaper."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.culling import raster
-from minirt.culling.beams import Rays
-from minirt.culling.offers import Offers
-from minirt.culling.picture import Picture
-from minirt.culling.raster import Drawing
+from minirt.culling import rasteriser
+from minirt.culling.candidates import CandidatePairs
+from minirt.culling.packets import Rays
+from minirt.culling.rasteriser import Rasteriser
+from minirt.culling.ray_grid import RayGrid
 from minirt.geometry import Geometry
 from minirt.rules import SLIDES
 from minirt.trace import nearest, occluded
@@ -26,15 +26,15 @@ MANY = ("mixed", "shared_edges", "duplicates", "scales", "degenerate", "edge_on"
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many rays each drawing that was made had."""
+    """How many rays each rasteriser that was made had."""
     rays: list[int] = []
-    pairs = Drawing.pairs
+    pairs = Rasteriser.pairs
 
-    def counted(drawing: Drawing, limit: Floats) -> object:
-        rays.append(len(limit))
-        return pairs(drawing, limit)
+    def counted(rasteriser: Rasteriser, t_max: Floats) -> object:
+        rays.append(len(t_max))
+        return pairs(rasteriser, t_max)
 
-    monkeypatch.setattr(Drawing, "pairs", counted)
+    monkeypatch.setattr(Rasteriser, "pairs", counted)
     return rays
 
 
@@ -90,8 +90,8 @@ def _ahead(P0: Floats, d: Floats) -> Index:
 def test_rt_is_the_same_with_and_without_a_drawing(
     family: str, kind: str, drawn: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raster, "_CHUNK", 64)  # so that what was met hides what is drawn later
-    monkeypatch.setattr(raster, "_PAIRS", 256)
+    monkeypatch.setattr(rasteriser, "_CHUNK", 64)  # so that what was met hides what is drawn later
+    monkeypatch.setattr(rasteriser, "_PAIRS", 256)
     rng = np.random.default_rng(30)
     scene = scene_with(FAMILIES[family](rng))
     P0, d = RAYS[kind](rng, _targets(rng, _triangles(scene), 3000))
@@ -224,8 +224,8 @@ def test_small_things_far_away_are_culled_all_the_same() -> None:
     corners = far + rng.uniform(-2, 2, (1000, 1, 3)) + rng.normal(size=(1000, 3, 3)) * 0.1
     geometry = Geometry.of(scene_with([triangle(v) for v in corners]))
     P0, d = far[:, None] + rng.uniform(-2, 2, (3, 2000)), rng.normal(size=(3, 2000))
-    offers = Offers(geometry, Rays(P0, d, np.zeros(2000)), np.full(2000, np.inf))
-    assert sum(len(rays) for rays, _ in offers.triangles()) < 0.02 * 1000 * 2000
+    candidates = CandidatePairs(geometry, Rays(P0, d, np.zeros(2000)), np.full(2000, np.inf))
+    assert sum(len(rays) for rays, _ in candidates.triangles()) < 0.02 * 1000 * 2000
 
 
 def test_a_group_around_the_observer_is_seen(drawn: list[int]) -> None:
@@ -241,7 +241,7 @@ def test_a_group_around_the_observer_is_seen(drawn: list[int]) -> None:
     assert len(drawn) == 2
 
 
-def _shrunk(picture: Picture, length: Floats, depth: Floats) -> Floats:
+def _shrunk(grid: RayGrid, length: Floats, depth: Floats) -> Floats:
     return np.full(length.shape, -0.01)
 
 
@@ -250,7 +250,7 @@ def test_a_drawing_that_is_too_small_would_be_noticed(monkeypatch: pytest.Monkey
     scene = scene_with(FAMILIES["shared_edges"](rng))
     P0, d = _central(rng, _targets(rng, _triangles(scene), 3000))
     asked = nearest(Geometry.of(scene), BRUTE, P0, d, 0.0)
-    monkeypatch.setattr(Picture, "seen_size", _shrunk)
+    monkeypatch.setattr(RayGrid, "seen_size", _shrunk)
     culled = nearest(Geometry.of(scene), SLIDES, P0, d, 0.0)
     assert (culled.triangle != asked.triangle).any()
 
@@ -270,14 +270,14 @@ def test_a_drawing_offers_few_pairs_and_hides_what_lies_behind() -> None:
     scene = scene_with([triangle(v) for v in (*layers, *other)], eye=[0, 0, 3])
     P0, d = _screen(128, 128)
     triangles = Geometry.of(scene).triangles
-    picture = Picture.of(Rays(P0, d, np.zeros(P0.shape[1])), 1e-11, triangles.tree.reach)
-    assert picture is not None
-    limit = np.full(P0.shape[1], np.inf)
+    seen = RayGrid.of(Rays(P0, d, np.zeros(P0.shape[1])), 1e-11, triangles.tree.reach)
+    assert seen is not None
+    t_max = np.full(P0.shape[1], np.inf)
     offered = 0
-    for rays, which in Drawing(picture, triangles.groups).pairs(limit):
+    for rays, which in Rasteriser(seen, triangles.groups).pairs(t_max):
         offered += len(rays)
         depth = 3.0 - triangles.a[2, which]  # d's third component is −1
-        np.minimum.at(limit, rays, depth)
+        np.minimum.at(t_max, rays, depth)
     first = nearest(Geometry.of(scene), SLIDES, P0, d, 0.0)
     assert offered < 4 * np.isfinite(first.t).sum()
 
@@ -313,21 +313,21 @@ def test_other_rays_have_no_picture(
     change: Callable[[Floats, Floats], tuple[Floats, Floats]],
 ) -> None:
     P0, d = _screen(64, 64)
-    assert Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is not None
+    assert RayGrid.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is not None
     P0, d = change(P0, d)
-    assert Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is None
+    assert RayGrid.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is None
 
 
 def test_rays_that_may_go_back_have_no_picture() -> None:
     P0, d = _screen(64, 64)
-    assert Picture.of(Rays(P0, d, np.full(d.shape[1], -1.0)), 1e-11, 5.0) is None
+    assert RayGrid.of(Rays(P0, d, np.full(d.shape[1], -1.0)), 1e-11, 5.0) is None
 
 
 def test_rows_of_a_picture_are_those_of_the_screen() -> None:
     P0, d = _screen(64, 48)
-    picture = Picture.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0)
-    assert picture is not None
-    first, count = picture.rows(np.array([-1.0]), np.array([1.0]))
-    bottom, top = picture.band(np.arange(count[0]))
+    grid = RayGrid.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0)
+    assert grid is not None
+    first, count = grid.rows(np.array([-1.0]), np.array([1.0]))
+    bottom, top = grid.band(np.arange(count[0]))
     assert (first[0], count[0]) == (0, 48)
     assert np.abs(bottom - top).max() < 1e-12

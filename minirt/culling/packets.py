@@ -1,4 +1,4 @@
-"""Beams: consecutive rays, bounded together, so that all of them are known to miss a box."""
+"""Packets: consecutive rays, bounded together, so that all of them are known to miss a box."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from minirt.vectors import Floats, Index
 
-#: Rays of a whole beam, and the number of parts that it is divided into.
-WHOLE, PARTS = 64, 4
+#: Rays of a whole packet, and the number of parts that it is divided into.
+PACKET, PARTS = 64, 4
 #: Boxes and limits grow by this share of the largest number in play: some 4,000 times its rounding.
 PAD = 2.0**-40
-#: Pairs of a beam and a box whose numbers stay in a processor's caches.
+#: Pairs of a packet and a box whose numbers stay in a processor's caches.
 _NEARBY = 65_536
-#: Slopes that its rays may differ by: a wider beam meets so much that its parts cost less.
+#: Slopes that its rays may differ by: a wider packet meets so much that its parts cost less.
 _WIDE = 0.05
-#: Share of beams that keep together below which the rays of the others are taken one by one.
+#: Share of packets that keep together below which the rays of the others are taken one by one.
 _RARE = 1 / 16
 
 #: Numbers in double or in single precision.
@@ -43,20 +43,20 @@ class Rays:
     t0: Floats
 
     @cached_property
-    def beams(self) -> list[Beams]:
-        """All of them: in whole beams where they keep together, in parts of such where not."""
-        n, size = self.P0.shape[1], WHOLE
+    def packets(self) -> list[Packets]:
+        """All of them: in whole packets where they keep together, in parts of such where not."""
+        n, size = self.P0.shape[1], PACKET
         first = np.arange(0, n, size)
-        found: list[Beams] = []
+        found: list[Packets] = []
         while len(first):
-            beams = Beams(self, first, size)
+            packets = Packets(self, first, size)
             if size == 1:
-                return [*found, beams]
-            together = beams.span.together
+                return [*found, packets]
+            together = packets.span.together
             if together.all():
-                return [*found, beams]
+                return [*found, packets]
             if together.any():
-                found.append(Beams(self, first[together], size))
+                found.append(Packets(self, first[together], size))
             parts = size if together.mean() < _RARE else PARTS
             first = _parts(first[~together], size, parts)
             first, size = first[first < n], size // parts
@@ -64,15 +64,15 @@ class Rays:
 
     @cached_property
     def blocks(self) -> Blocks:
-        """All of them, WHOLE by WHOLE."""
-        first = np.arange(0, self.P0.shape[1], WHOLE)
+        """All of them, PACKET by PACKET."""
+        first = np.arange(0, self.P0.shape[1], PACKET)
         return Blocks(first, _least_and_most(self.P0, first), _least_and_most(self.d, first))
 
-    def crowds(self, size: int) -> Iterator[Beams]:
-        """All of them in single beams of up to so many, which nothing bounds."""
+    def crowds(self, size: int) -> Iterator[Packets]:
+        """All of them in single packets of up to so many, which nothing bounds."""
         n = self.P0.shape[1]
         for first in range(0, n, size):
-            yield Beams(self, np.array([first]), min(size, n - first))
+            yield Packets(self, np.array([first]), min(size, n - first))
 
 
 class Blocks:
@@ -96,7 +96,7 @@ class Blocks:
     squared : (b,) or (1,) float64
         ‖d‖² of the middle rays.
     slowest, fastest : (b,) or (1,) float64
-        Bounds of ‖d‖ of all rays.
+        RayBounds of ‖d‖ of all rays.
     """
 
     def __init__(self, first: Index, P0: tuple[Floats, Floats], d: tuple[Floats, Floats]) -> None:
@@ -112,9 +112,9 @@ class Blocks:
         """Values (…, b) or (…, 1) of blocks, block by block: (…, p) or (…, 1)."""
         return [value if value.shape[-1] == 1 else value.take(which, axis=-1) for value in values]
 
-    def latest(self, limit: Floats) -> Floats:
-        """The largest limit (n,) of t in each block, and a little more, (b,)."""
-        t: Floats = np.maximum.reduceat(limit, self._first)
+    def latest(self, t_max: Floats) -> Floats:
+        """The largest t_max (n,) of t in each block, and a little more, (b,)."""
+        t: Floats = np.maximum.reduceat(t_max, self._first)
         return t + PAD * np.abs(t)
 
 
@@ -135,14 +135,14 @@ def _middle(low: Floats, high: Floats) -> tuple[Floats, Floats]:
     return middle, stray * (1 + PAD)
 
 
-class Beams:
-    """b beams of s consecutive rays each; the last ray stands in for those beyond it.
+class Packets:
+    """b packets of s consecutive rays each; the last ray stands in for those beyond it.
 
     Parameters
     ----------
     rays : Rays
     first : (b,) intp
-        Each beam's first ray.
+        Each packet's first ray.
     size : int
         s.
 
@@ -168,7 +168,7 @@ class Beams:
         return len(self._first)
 
     def numbers(self, which: Index, at: Index) -> Index:
-        """Numbers (p,) of the rays at some places in some beams; no less than n beyond the last."""
+        """Numbers (p,) of the rays at some places in packets; n or more beyond the last."""
         return self._first.take(which) + at
 
     @cached_property
@@ -203,39 +203,39 @@ class Beams:
         return squares
 
     def of(self, which: Index, *values: NDArray[Any]) -> list[NDArray[Any]]:
-        """Values (b, …) of beams, beam by beam: (p, …); (1, …) if there is but one beam."""
+        """Values (b, …) of packets, packet by packet: (p, …); (1, …) if there is but one packet."""
         return [value if len(self) == 1 else value[which] for value in values]
 
     @cached_property
-    def span(self) -> Span:
+    def span(self) -> PacketBounds:
         """What bounds them."""
-        return Span(self)
+        return PacketBounds(self)
 
-    def divided(self, index: Index) -> Beams:
+    def divided(self, index: Index) -> Packets:
         """Some of them, each in its parts, which follow each other."""
         parts = _parts(self._first[index], self.size, PARTS)
-        return Beams(self._rays, parts, self.size // PARTS)
+        return Packets(self._rays, parts, self.size // PARTS)
 
 
-class Bounds(ABC):
-    """What bounds beams, so that boxes can be told that they miss.
+class RayBounds(ABC):
+    """What bounds packets, so that boxes can be told that they miss.
 
-    How far along a beam they are is told in a measure of the bounds' own.
+    How far along a packet they are is told in a measure of the bounds' own.
     """
 
     @abstractmethod
-    def latest(self, limit: Floats) -> Measures:
-        """How far along each beam is of interest, (b,), of t ≤ limit (n,); rather too far."""
+    def latest(self, t_max: Floats) -> Measures:
+        """How far along each packet is of interest, (b,), of t ≤ t_max (n,); rather too far."""
 
     def meet(
         self, which: Index, boxes: Measures, nodes: Index, latest: Measures, pad: float
     ) -> Measures:
-        """Where beams may enter the boxes of nodes: +inf for never, or not by the latest.
+        """Where packets may enter the boxes of nodes: +inf for never, or not by the latest.
 
         Parameters
         ----------
         which, nodes : (p,) intp
-            Numbers of beams and of nodes, pair by pair.
+            Numbers of packets and of nodes, pair by pair.
         boxes : (n, 6, c) float
             Of each node's children: lower corners and, negated, upper ones.
         latest : (b,) float
@@ -263,48 +263,49 @@ class Bounds(ABC):
         """`meet` for few pairs, into near (c, p)."""
 
 
-class Span(Bounds):
-    """The bounds of beams, along which t is told.
+class PacketBounds(RayBounds):
+    """The bounds of packets, along which t is told.
 
-    A beam has a main axis, along which all of its rays advance one way. At a distance x along that
-    axis a ray is at P + x·slope in the two others; a beam holds whatever its P and slopes span.
+    A packet has a main axis, along which all of its rays advance one way. At a distance x along
+    that axis a ray is at P + x·slope in the two others; a packet holds whatever its P and slopes
+    span.
 
     Attributes
     ----------
     together : (b,) bool
-        Whether the rays of a beam keep so close together that `meet` can tell any.
+        Whether the rays of a packet keep so close together that `meet` can tell any.
     """
 
-    def __init__(self, beams: Beams) -> None:
-        self._index = beams.index
-        slow, fast = beams.d.min(axis=2), beams.d.max(axis=2)
-        low, high = beams.P0.min(axis=2), beams.P0.max(axis=2)
+    def __init__(self, packets: Packets) -> None:
+        self._index = packets.index
+        slow, fast = packets.d.min(axis=2), packets.d.max(axis=2)
+        low, high = packets.P0.min(axis=2), packets.P0.max(axis=2)
         speed = np.where(slow > 0, slow, np.where(fast < 0, -fast, 0.0))
-        beam, main = np.arange(len(beams)), np.argmax(speed, axis=1)
-        forward = slow[beam, main] > 0
-        self._slowest = speed[beam, main]
-        self._fastest = np.where(forward, fast[beam, main], -slow[beam, main])
+        packet, main = np.arange(len(packets)), np.argmax(speed, axis=1)
+        forward = slow[packet, main] > 0
+        self._slowest = speed[packet, main]
+        self._fastest = np.where(forward, fast[packet, main], -slow[packet, main])
         self._enter, self._leave = np.where(forward, (main, main + 3), (main + 3, main))
-        self._low = np.where(forward, low[beam, main], -high[beam, main])
-        self._high = np.where(forward, high[beam, main], -low[beam, main])
-        start = beams.t0.min(axis=1)
+        self._low = np.where(forward, low[packet, main], -high[packet, main])
+        self._high = np.where(forward, high[packet, main], -low[packet, main])
+        start = packets.t0.min(axis=1)
         start = start - PAD * np.abs(start)
         self._start = np.minimum(start * self._slowest, start * self._fastest)
         self._ahead = bool((self._start >= 0).all())
-        step = np.abs(beams.d[beam, main])
+        step = np.abs(packets.d[packet, main])
         self._aside = []
         together = (self._slowest > 0) & np.isfinite(low - high).all(axis=1)
         for axis in ((main + 1) % 3, (main + 2) % 3):
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # not together
-                slope = beams.d[beam, axis] / step
+                slope = packets.d[packet, axis] / step
             least, most = slope.min(axis=1), slope.max(axis=1)
             together &= most - least < _WIDE
-            self._aside.append((axis, low[beam, axis], high[beam, axis], least, most))
+            self._aside.append((axis, low[packet, axis], high[packet, axis], least, most))
         self.together = together
 
-    def latest(self, limit: Floats) -> Floats:
-        """The largest limit (n,) of t in each beam, and a little more, (b,)."""
-        t: Floats = limit[self._index].max(axis=1)
+    def latest(self, t_max: Floats) -> Floats:
+        """The largest t_max (n,) of t in each packet, and a little more, (b,)."""
+        t: Floats = t_max[self._index].max(axis=1)
         return t + PAD * np.abs(t)
 
     def _meet(

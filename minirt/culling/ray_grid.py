@@ -1,4 +1,4 @@
-"""Rays that leave one point, or all go one way, as the points of a picture."""
+"""Rays that leave one point, or all go one way, as the points of a grid."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from minirt.culling.beams import PAD, Rays
+from minirt.culling.packets import PAD, Rays
 from minirt.vectors import Bools, Floats, Index, cross, dot, norm, unit
 
-#: Rays that are worth a picture.
+#: Rays that are worth a grid.
 _LEAST = 256
 #: Cells of a row for each of its rays, and lines for each row that is looked for.
 _FINE = 4
-#: Rays along each side of a block, and blocks along each side of a picture at most.
+#: Rays along each side of a block, and blocks along each side of a grid at most.
 _BLOCK, _BLOCKS = 8, 256
 #: Lines, and cells of a row, at most.
 _MANY = 2**15
@@ -25,7 +25,7 @@ _CLOSE = 2.0**-16
 NOTHING = 1e-250
 
 
-class Picture:
+class RayGrid:
     """n rays P0 + t·d, t ≥ t0 ≥ 0, as points (u, v).
 
     Space has coordinates (x, y, depth) along `frame`, from `origin`. If the rays leave one point,
@@ -78,8 +78,8 @@ class Picture:
             self._sort()
 
     @classmethod
-    def of(cls, rays: Rays, pad: float, reach: float) -> Picture | None:
-        """The picture of rays that have one, among things of that largest coordinate magnitude."""
+    def of(cls, rays: Rays, pad: float, reach: float) -> RayGrid | None:
+        """The grid of rays that have one, among things of that largest coordinate magnitude."""
         P0, d = rays.P0, rays.d
         if P0.shape[1] < _LEAST or not (rays.t0 >= 0).all():
             return None
@@ -93,8 +93,8 @@ class Picture:
             along, ahead = high - low, unit(d[:, :1])
         else:
             return None
-        picture = cls(rays, _frame(along, ahead), origin, central, pad, _CLOSE * reach)
-        return picture if picture.sound else None
+        grid = cls(rays, _frame(along, ahead), origin, central, pad, _CLOSE * reach)
+        return grid if grid.sound else None
 
     def __len__(self) -> int:
         return len(self._speed)
@@ -178,22 +178,22 @@ class Picture:
         return grazing
 
     def shows(self, u: Floats, v: Floats, radius: Floats) -> Bools:
-        """Whether squares, (k,) by their middles and half sides, reach into the picture."""
+        """Whether squares, (k,) by their middles and half sides, reach into the grid."""
         outside = np.zeros(u.shape, dtype=np.bool_)
         for x, low, size in zip((u, v), self._low, self._size, strict=True):
             outside |= (x + radius < low) | (x - radius > low + size)
         return ~outside
 
-    def hides(self, u: Floats, v: Floats, radius: Floats, near: Floats, limit: Floats) -> Bools:
-        """Whether no ray gets as far as squares by t = limit (n,).
+    def hides(self, u: Floats, v: Floats, radius: Floats, near: Floats, t_max: Floats) -> Bools:
+        """Whether no ray gets as far as squares by t = t_max (n,).
 
         Parameters
         ----------
         u, v, radius, near : (k,) float64
             The squares' middles, half sides and least depths.
-        limit : (n,) float64
+        t_max : (n,) float64
         """
-        return self._blocks.hidden(u, v, radius, near, self._begin + self._speed * limit)
+        return self._blocks.hidden(u, v, radius, near, self._begin + self._speed * t_max)
 
     def rows(self, bottom: Floats, top: Floats) -> tuple[Index, Index]:
         """The first row (k,) that meets bottom ≤ v ≤ top, (k,) each, and how many do, if any."""
@@ -211,7 +211,7 @@ class Picture:
         Returns
         -------
         first, count : (k,) intp
-            Places in the picture's order: see `rays`.
+            Places in the grid's order: see `rays`.
         """
         base = rows * self._cells
         first = self._before.take(base + self._cell(left, 0, self._cells))
@@ -219,13 +219,13 @@ class Picture:
         return first, end - first
 
     def rays(self, places: Index) -> Index:
-        """The numbers of the rays at places of the picture's order."""
+        """The numbers of the rays at places of the grid's order."""
         return self._order.take(places)
 
-    def latest(self, limit: Floats, rays: Index) -> Floats:
-        """The depth (k,) of some rays (k,) at t = limit (n,)."""
+    def latest(self, t_max: Floats, rays: Index) -> Floats:
+        """The depth (k,) of some rays (k,) at t = t_max (n,)."""
         begin = self._begin if self.central else self._begin.take(rays)
-        depth: Floats = begin + self._speed.take(rays) * limit.take(rays)
+        depth: Floats = begin + self._speed.take(rays) * t_max.take(rays)
         return depth
 
     @cached_property
@@ -262,7 +262,7 @@ def _screen(d: Floats) -> tuple[Floats, Floats]:
 
 
 class _Blocks:
-    """A picture's points in about square blocks: what lies behind all of a block's is hidden."""
+    """A grid's points in about square blocks: what lies behind all of a block's is hidden."""
 
     def __init__(self, u: Floats, v: Floats, low: Floats, size: Floats, shape: list[int]) -> None:
         self._low, self._size, self._shape = low, size, shape

@@ -1,6 +1,6 @@
 """Culling: which primitives a ray may meet. It never decides a hit and never changes a bit.
 
-A tree of bounding boxes, eight children a node, is walked level by level by beams: consecutive
+A tree of bounding boxes, eight children a node, is walked level by level by packets: consecutive
 rays that are bounded together. Boxes are padded beyond any rounding error of the boxes, the rays
 and the kernels, so that whatever a kernel accepts is offered to it.
 """
@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from minirt.culling.beams import PAD, PARTS, Beams, Bounds, Measures
+from minirt.culling.packets import PAD, PARTS, Measures, Packets, RayBounds
 from minirt.culling.slabs import Slabs, precision
 from minirt.vectors import Bools, Floats, Index, divided
 
 _WIDTH = 8
-#: Nodes of one level that a beam may meet before it is divided.
+#: Nodes of one level that a packet may meet before it is divided.
 _CROWD = 24
-#: Pairs of a ray and a node below which neither beams are divided nor near nodes opened first.
+#: Pairs of a ray and a node below which neither packets are divided nor near nodes opened first.
 _MANY = 65_536
 #: The least size of a tree, so that no coordinate overflows in units of it.
 _TINY = 2.0**-500
@@ -99,88 +99,88 @@ def build(lower: Floats, upper: Floats) -> Tree:
 
 
 def visit(
-    tree: Tree, rays: Iterable[Beams], limit: Floats, pad: float
-) -> Iterator[tuple[Beams, Index, Index]]:
-    """Yield (beams, which, primitives): pairs of a beam and a primitive that its rays may meet.
+    tree: Tree, rays: Iterable[Packets], t_max: Floats, pad: float
+) -> Iterator[tuple[Packets, Index, Index]]:
+    """Yield (packets, which, primitives): pairs of a packet and a primitive that its rays may meet.
 
     Parameters
     ----------
     tree : Tree
-    rays : iterable of Beams
-    limit : (n,) float64
+    rays : iterable of Packets
+    t_max : (n,) float64
         Largest t of interest for each ray; the caller may lower it between two steps.
     pad : float
         What boxes grow by.
     """
-    sights = (_Sight(tree, pad, beams) for beams in rays)
+    views = (_View(tree, pad, packets) for packets in rays)
     work = [
-        _Open(sight, 0, np.arange(len(sight.beams)), np.zeros(len(sight.beams), np.intp))
-        for sight in sights
+        _Open(view, 0, np.arange(len(view.packets)), np.zeros(len(view.packets), np.intp))
+        for view in views
     ]
     while work:
         now = work.pop()
-        latest = now.sight.bounds.latest(limit)
+        latest = now.view.bounds.latest(t_max)
         if now.near is not None:
             now = now.take(np.flatnonzero(now.near <= latest.take(now.which)))
         if now.level == len(tree.boxes):
-            yield now.sight.beams, now.which, tree.primitives.take(now.nodes)
+            yield now.view.packets, now.which, tree.primitives.take(now.nodes)
         elif len(now.which):
             work += now.opened(latest)
 
 
-class _Sight:
-    """What beams look at: the tree's boxes, in its own measure for single rays, and their pad."""
+class _View:
+    """What packets look at: the tree's boxes, in its own measure for single rays, and their pad."""
 
-    def __init__(self, tree: Tree, pad: float, beams: Beams) -> None:
-        self._tree, self._pad, self.beams = tree, pad, beams
-        self.bounds: Bounds
+    def __init__(self, tree: Tree, pad: float, packets: Packets) -> None:
+        self._tree, self._pad, self.packets = tree, pad, packets
+        self.bounds: RayBounds
         self.boxes: tuple[Measures, ...]
-        if beams.size > 1:
-            self.bounds, self.boxes, self.pad = beams.span, tree.boxes, pad
+        if packets.size > 1:
+            self.bounds, self.boxes, self.pad = packets.span, tree.boxes, pad
         else:
             center, size = tree.place
             kind = precision(tree.share, pad / size)
-            slabs = Slabs(beams, center, size, pad, kind)
+            slabs = Slabs(packets, center, size, pad, kind)
             self.bounds, self.boxes, self.pad = slabs, tree.placed(kind), slabs.slack
 
-    def divided(self, index: Index) -> _Sight:
-        """Some of the beams, in their parts."""
-        return _Sight(self._tree, self._pad, self.beams.divided(index))
+    def divided(self, index: Index) -> _View:
+        """Some of the packets, in their parts."""
+        return _View(self._tree, self._pad, self.packets.divided(index))
 
 
 class _Open:
-    """Pairs of a beam and a node of one level that are to be opened.
+    """Pairs of a packet and a node of one level that are to be opened.
 
-    `near` is where the beam may enter the node, where that is known.
+    `near` is where the packet may enter the node, where that is known.
     """
 
     def __init__(
-        self, sight: _Sight, level: int, which: Index, nodes: Index, near: Measures | None = None
+        self, view: _View, level: int, which: Index, nodes: Index, near: Measures | None = None
     ) -> None:
-        self.sight, self.level, self.which, self.nodes, self.near = sight, level, which, nodes, near
+        self.view, self.level, self.which, self.nodes, self.near = view, level, which, nodes, near
 
     def take(self, some: Index) -> _Open:
         """Some of the pairs."""
         near = None if self.near is None else self.near.take(some)
-        return _Open(self.sight, self.level, self.which.take(some), self.nodes.take(some), near)
+        return _Open(self.view, self.level, self.which.take(some), self.nodes.take(some), near)
 
     def opened(self, latest: Measures) -> Iterator[_Open]:
         """The pairs with the nodes' children that meet; what is to be looked at first comes last.
 
-        That is the nearest child of each pair: what is met in it may hide the others. Beams that
+        That is the nearest child of each pair: what is met in it may hide the others. Packets that
         meet too many are divided, and their parts open the nodes again.
         """
-        sight, beams = self.sight, self.sight.beams
-        near = sight.bounds.meet(self.which, sight.boxes[self.level], self.nodes, latest, sight.pad)
+        view, packets = self.view, self.view.packets
+        near = view.bounds.meet(self.which, view.boxes[self.level], self.nodes, latest, view.pad)
         best = near.min(axis=0)
         met = np.flatnonzero(near < np.inf)
         child, pair = divided(met, len(self.which))
         nodes = self.nodes.take(pair) * len(near) + child
-        children = _Open(sight, self.level + 1, self.which.take(pair), nodes, near.take(met))
-        if len(met) * beams.size > _MANY:
+        children = _Open(view, self.level + 1, self.which.take(pair), nodes, near.take(met))
+        if len(met) * packets.size > _MANY:
             first = children.near <= best.take(pair)
-            if beams.size > 1:
-                crowded = np.bincount(children.which, minlength=len(beams)) > _CROWD
+            if packets.size > 1:
+                crowded = np.bincount(children.which, minlength=len(packets)) > _CROWD
                 if crowded.any():
                     yield self._in_parts(crowded)
                     rest = np.flatnonzero(~crowded[children.which])
@@ -190,9 +190,9 @@ class _Open:
         yield children
 
     def _in_parts(self, crowded: Bools) -> _Open:
-        """The same nodes for the parts of crowded (b,) beams."""
+        """The same nodes for the parts of crowded (b,) packets."""
         some = np.flatnonzero(crowded[self.which])
         place = (np.cumsum(crowded) - 1)[self.which[some]]
         parts = (place[:, None] * PARTS + np.arange(PARTS)).ravel()
-        finer = self.sight.divided(np.flatnonzero(crowded))
+        finer = self.view.divided(np.flatnonzero(crowded))
         return _Open(finer, self.level, parts, np.repeat(self.nodes[some], PARTS))
