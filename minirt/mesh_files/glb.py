@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.mesh_files.soup import Soup
+from minirt.mesh_files.builder import MeshBuilder
 from minirt.mesh_files.transform import IDENTITY, Matrix, after, determinant, transform_points, trs
 
 Json: TypeAlias = Any
@@ -24,41 +24,41 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _MAX_JSON_BYTES = 2**26
 
 
-def read_glb(data: bytes) -> Soup:
+def read_glb(data: bytes) -> MeshBuilder:
     """Triangles node by node, parents first, in the file's order; other primitives are left out.
 
-    A node that mirrors turns its triangles round, so that the outside stays outside.
+    Under a node that mirrors, the triangles' winding is reversed: the outside stays outside.
 
     Raises
     ------
     ValueError
-        Not whole, no tree of nodes, or it needs what is not read here: an extension, data in
-        another file, sparse or quantised vertices.
+        Truncated, nodes that are not a tree, or what is not supported here: a required
+        extension, data in another file, sparse or quantised vertices.
     """
     document, blob = _chunks(data)
     if document.get("extensionsRequired"):
-        raise ValueError(f"needs an extension: {document['extensionsRequired']}")
-    soup = Soup()
+        raise ValueError(f"requires an extension: {document['extensionsRequired']}")
+    mesh = MeshBuilder()
     for node, matrix in _nodes(document):
         if "mesh" not in node:
             continue
         for primitive in document["meshes"][node["mesh"]]["primitives"]:
             if primitive.get("mode", _TRIANGLES) in (_TRIANGLES, _STRIP, _FAN):
-                _add(primitive, matrix, document, blob, soup)
-    return soup
+                _add(primitive, matrix, document, blob, mesh)
+    return mesh
 
 
 def _chunks(data: bytes) -> tuple[Json, bytes]:
     """The JSON document and the binary chunk, empty where there is none."""
     magic, version, length = struct.unpack_from("<4sII", data.ljust(12, b"\0"))
     if magic != b"glTF" or version != 2 or length > len(data):
-        raise ValueError("not a whole file of glTF 2")
+        raise ValueError("not a complete glTF 2 file")
     chunks: dict[bytes, bytes] = {}
     place = 12
     while place + 8 <= length:
         size, kind = struct.unpack_from("<I4s", data, place)
         if place + 8 + size > length:
-            raise ValueError("a chunk is not whole")
+            raise ValueError("a chunk is truncated")
         chunks.setdefault(kind, data[place + 8 : place + 8 + size])
         place += 8 + size
     text = chunks.get(b"JSON", b"{}")
@@ -66,12 +66,12 @@ def _chunks(data: bytes) -> tuple[Json, bytes]:
         raise ValueError(f"{len(text):,} bytes of JSON")
     document = json.loads(text)
     if not isinstance(document, dict):
-        raise ValueError("the JSON chunk is no object")
+        raise ValueError("the JSON chunk is not an object")
     return document, chunks.get(b"BIN\0", b"")
 
 
 def _nodes(document: Json) -> Iterator[tuple[Json, Matrix]]:
-    """The nodes of the default scene with the map from each one's coordinates to the scene's."""
+    """The nodes of the default scene, each with the map from its coordinates to the scene's."""
     scenes = document.get("scenes", [])
     roots = scenes[document.get("scene", 0)].get("nodes", []) if scenes else []
     waiting = [(index, IDENTITY) for index in reversed(roots)]
@@ -79,7 +79,7 @@ def _nodes(document: Json) -> Iterator[tuple[Json, Matrix]]:
     while waiting:
         index, scene_from_parent = waiting.pop()
         if index in seen or index < 0:
-            raise ValueError(f"node {index} stands twice in the graph: not a tree")
+            raise ValueError(f"node {index} is reached twice: the nodes are not a tree")
         seen.add(index)
         node = document["nodes"][index]
         scene_from_node = after(scene_from_parent, _parent_from_node(node))
@@ -100,10 +100,10 @@ def _parent_from_node(node: Json) -> Matrix:
     return tuple((m[k], m[k + 4], m[k + 8], m[k + 12]) for k in range(3))
 
 
-def _add(primitive: Json, matrix: Matrix, document: Json, blob: bytes, soup: Soup) -> None:
+def _add(primitive: Json, matrix: Matrix, document: Json, blob: bytes, mesh: MeshBuilder) -> None:
     points = _accessor(document, blob, primitive["attributes"]["POSITION"], "VEC3")
     if points.dtype.kind != "f":
-        raise ValueError("vertices that are no floats")
+        raise ValueError("vertices that are not floats")
     if "indices" in primitive:
         indices = _accessor(document, blob, primitive["indices"], "SCALAR")[:, 0].astype(np.int64)
     else:
@@ -113,13 +113,13 @@ def _add(primitive: Json, matrix: Matrix, document: Json, blob: bytes, soup: Sou
     triangles = _triangles(indices, primitive.get("mode", _TRIANGLES))
     if determinant(matrix) < 0:
         triangles = triangles[:, [0, 2, 1]]
-    first = soup.vertex_count
-    soup.add_vertices(transform_points(matrix, points.astype(np.float64)))
-    soup.add_polygons(triangles + first)
+    first = mesh.vertex_count
+    mesh.add_vertices(transform_points(matrix, points.astype(np.float64)))
+    mesh.add_polygons(triangles + first)
 
 
 def _triangles(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
-    """Triangles (m, 3) of a list, a strip or a fan; an odd one in a strip is turned round."""
+    """Triangles (m, 3) of a list, a strip or a fan; in a strip, every odd one is reversed."""
     if mode == _TRIANGLES:
         if len(indices) % 3:
             raise ValueError(f"{len(indices)} indices, which is not a multiple of 3")
@@ -138,7 +138,7 @@ def _accessor(document: Json, blob: bytes, index: int, kind: str) -> NDArray[Any
     if view.get("buffer", 0) != 0 or "uri" in document["buffers"][0]:
         raise ValueError("data in another file")
     if accessor["type"] != kind:
-        raise ValueError(f"{accessor['type']} where {kind} belongs")
+        raise ValueError(f"an accessor of type {accessor['type']} where {kind} is needed")
     dtype, width = np.dtype(_TYPES[accessor["componentType"]]), _WIDTHS[kind]
     start, size, count = view.get("byteOffset", 0), view["byteLength"], accessor["count"]
     item = width * dtype.itemsize

@@ -5,11 +5,11 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 
-from minirt.mesh_files.soup import Soup
+from minirt.mesh_files.builder import MeshBuilder
 
 
-def read_obj(data: bytes) -> Soup:
-    """Vertices and faces in the order of the lines, whatever material or group they belong to.
+def read_obj(data: bytes) -> MeshBuilder:
+    """Vertices and faces in the order of the lines, whatever their material or group.
 
     A negative index counts back from the latest vertex before its line. Libraries named by
     ``mtllib`` are not read.
@@ -17,18 +17,18 @@ def read_obj(data: bytes) -> Soup:
     Raises
     ------
     ValueError
-        With the number of the line.
+        A statement that is malformed, with the number of its line.
     """
-    soup = Soup()
+    mesh = MeshBuilder()
     for number, words in _statements(data):
         try:
             if words[0] == b"v":
-                soup.add_vertex(words[1:4])
+                mesh.add_vertex(words[1:4])
             elif words[0] == b"f":
-                soup.add_polygon([_index(word, soup.vertex_count) for word in words[1:]])
+                mesh.add_polygon([_index(word, mesh.vertex_count) for word in words[1:]])
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
-    return soup
+    return mesh
 
 
 def _statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:

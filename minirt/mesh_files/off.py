@@ -6,18 +6,18 @@ import io
 import re
 from collections.abc import Iterator
 
-from minirt.mesh_files.soup import Soup
+from minirt.mesh_files.builder import MeshBuilder
 
 _KEYWORD = re.compile(rb"(ST)?C?N?OFF")
 
 
-def read_off(data: bytes) -> Soup:
-    """Vertices and faces in the file's order; colours, normals and comments are left out.
+def read_off(data: bytes) -> MeshBuilder:
+    """Vertices and faces in the file's order; colours, normals and comments are ignored.
 
     Raises
     ------
     ValueError
-        Not OFF, of more or fewer dimensions than three, or shorter than its counts say.
+        Not OFF in three dimensions, or shorter than its counts say.
     """
     lines = _lines(data)
     first = next(lines, b"")
@@ -28,20 +28,20 @@ def read_off(data: bytes) -> Soup:
     if len(counts) < 2:
         raise ValueError("the counts of vertices and faces are missing")
     vertex_count, face_count = int(counts[0]), int(counts[1])
-    soup = Soup()
+    mesh = MeshBuilder()
     for number in range(vertex_count):
-        soup.add_vertex(_words(lines, f"vertex {number} of {vertex_count}")[:3])
+        mesh.add_vertex(_words(lines, f"vertex {number} of {vertex_count}")[:3])
     for number in range(face_count):
         words = _words(lines, f"face {number} of {face_count}")
         corners = int(words[0])
         if corners < 0 or len(words) < 1 + corners:
-            raise ValueError(f"face {number} has not the {corners} indices that it says")
-        soup.add_polygon([int(word) for word in words[1 : 1 + corners]])
-    return soup
+            raise ValueError(f"face {number} has {len(words) - 1} indices instead of {corners}")
+        mesh.add_polygon([int(word) for word in words[1 : 1 + corners]])
+    return mesh
 
 
 def _lines(data: bytes) -> Iterator[bytes]:
-    """Lines that say something."""
+    """Lines without their comments; empty ones are left out."""
     for line in io.BytesIO(data):
         text = line.partition(b"#")[0].strip()
         if text:

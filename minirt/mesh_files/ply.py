@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minirt.mesh_files.soup import Soup
+from minirt.mesh_files.builder import MeshBuilder
 
 _TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
@@ -33,14 +33,14 @@ class _Element:
     properties: list[_Property] = field(default_factory=list)
 
     def column(self, *names: str) -> int:
-        """Where a property of one of these names stands."""
+        """The number of the first property that has one of these names."""
         for k, entry in enumerate(self.properties):
             if entry.name in names:
                 return k
         raise ValueError(f"the element {self.name} has no property {names[0]}")
 
 
-def read_ply(data: bytes) -> Soup:
+def read_ply(data: bytes) -> MeshBuilder:
     """Vertices and faces in the file's order; polygons may have different numbers of vertices.
 
     Raises
@@ -50,14 +50,14 @@ def read_ply(data: bytes) -> Soup:
     """
     stream = io.BytesIO(data)
     order, elements = _header(stream)
-    soup = Soup()
+    mesh = MeshBuilder()
     place = stream.tell()
     for element in elements:
         if order:
-            place = _read_binary(element, order, data, place, soup)
+            place = _read_binary(element, order, data, place, mesh)
         else:
-            _read_text(element, stream, soup)
-    return soup
+            _read_text(element, stream, mesh)
+    return mesh
 
 
 def _header(stream: io.BytesIO) -> tuple[str, list[_Element]]:
@@ -77,11 +77,11 @@ def _header(stream: io.BytesIO) -> tuple[str, list[_Element]]:
         elif words[:1] == ["property"] and elements:
             elements[-1].properties.append(_property(words))
         elif words[:1] not in ([], ["comment"], ["obj_info"]):
-            raise ValueError(f"not a line of a header: {' '.join(words)[:80]}")
+            raise ValueError(f"not a line of a PLY header: {' '.join(words)[:80]}")
     else:
         raise ValueError("the header does not end")
     if order is None:
-        raise ValueError("the header names no format")
+        raise ValueError("the header does not name a format")
     return order, elements
 
 
@@ -93,7 +93,7 @@ def _property(words: list[str]) -> _Property:
     return _Property(words[-1], kinds[-1], kinds[0] if is_list else "")
 
 
-def _read_text(element: _Element, stream: io.BytesIO, soup: Soup) -> None:
+def _read_text(element: _Element, stream: io.BytesIO, mesh: MeshBuilder) -> None:
     axes, corners = _wanted(element)
     for row in range(element.rows):
         words = stream.readline().split()
@@ -104,16 +104,16 @@ def _read_text(element: _Element, stream: io.BytesIO, soup: Soup) -> None:
             place += bool(entry.count_kind)
             values.append(words[place : place + count])
             if count < 0 or len(values[-1]) != count:
-                raise ValueError(f"{element.name} {row} of {element.rows} is not whole")
+                raise ValueError(f"{element.name} {row} of {element.rows} is incomplete")
             place += count
         if axes:
-            soup.add_vertex(values[k][0] for k in axes)
+            mesh.add_vertex(values[k][0] for k in axes)
         if corners is not None:
-            soup.add_polygon([int(word) for word in values[corners]])
+            mesh.add_polygon([int(word) for word in values[corners]])
 
 
-def _read_binary(element: _Element, order: str, data: bytes, place: int, soup: Soup) -> int:
-    """Read rows in runs whose lists are equally long; where the next element begins."""
+def _read_binary(element: _Element, order: str, data: bytes, place: int, mesh: MeshBuilder) -> int:
+    """Read rows in runs of equally long lists; returns where the next element begins."""
     axes, corners = _wanted(element)
     has_lists = any(entry.count_kind for entry in element.properties)
     left = element.rows if element.properties else 0
@@ -123,11 +123,11 @@ def _read_binary(element: _Element, order: str, data: bytes, place: int, soup: S
         fitting = min(left, window, (len(data) - place) // kind.itemsize)
         if not fitting:
             raise ValueError(f"the file ends in {element.name} {element.rows - left}")
-        rows = _alike(np.frombuffer(data, kind, fitting, place), element)
+        rows = _run(np.frombuffer(data, kind, fitting, place), element)
         if axes:
-            soup.add_vertices(np.stack([rows[f"v{k}"] for k in axes], axis=1))
+            mesh.add_vertices(np.stack([rows[f"v{k}"] for k in axes], axis=1))
         if corners is not None:
-            soup.add_polygons(rows[f"v{corners}"])
+            mesh.add_polygons(rows[f"v{corners}"])
         left -= len(rows)
         place += len(rows) * kind.itemsize
         window = 2 * window if len(rows) == fitting else 1
@@ -135,20 +135,20 @@ def _read_binary(element: _Element, order: str, data: bytes, place: int, soup: S
 
 
 def _wanted(element: _Element) -> tuple[list[int], int | None]:
-    """The properties that are kept: a vertex's coordinates, a face's corners."""
+    """The columns that are kept: three of a vertex, for x, y, z, or one of a face."""
     if element.name == "vertex":
         return [element.column(axis) for axis in "xyz"], None
     if element.name == "face" and element.rows:
         column = element.column("vertex_indices", "vertex_index")
         entry = element.properties[column]
         if not entry.count_kind or entry.kind[0] == "f":
-            raise ValueError("a face's vertices are no list of whole numbers")
+            raise ValueError("a face's vertices are not a list of integers")
         return [], column
     return [], None
 
 
 def _row_type(element: _Element, order: str, data: bytes, place: int) -> np.dtype[Any]:
-    """The type of a row, its lists as long as in the row at `place`: n0, v0, n1, v1, …."""
+    """A row's type, with lists as long as in the row at `place`: fields n0, v0, n1, v1, …."""
     fields: list[Any] = []
     for k, entry in enumerate(element.properties):
         if not entry.count_kind:
@@ -160,12 +160,12 @@ def _row_type(element: _Element, order: str, data: bytes, place: int) -> np.dtyp
             raise ValueError(f"the file ends in a list of {element.name}")
         count = int(np.frombuffer(data, count_kind, 1, before)[0])
         if not 0 <= count <= len(data):
-            raise ValueError(f"a list of {count} in {element.name}")
+            raise ValueError(f"a list of {count} entries in {element.name}")
         fields += [(f"n{k}", count_kind), (f"v{k}", order + entry.kind, (count,))]
     return np.dtype(fields)
 
 
-def _alike(rows: np.ndarray[Any, Any], element: _Element) -> np.ndarray[Any, Any]:
+def _run(rows: np.ndarray[Any, Any], element: _Element) -> np.ndarray[Any, Any]:
     """The leading rows whose lists are as long as the first row's."""
     alike = np.ones(len(rows), dtype=bool)
     for k, entry in enumerate(element.properties):

@@ -1,4 +1,4 @@
-"""A triangle mesh from a file: one object made of many of S9's triangles."""
+"""A triangle mesh from a file of any known format, or one clear error."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from minirt.errors import SceneError
 from minirt.mesh_files import READERS
 from minirt.vectors import Floats, Ints
 
+#: Largest mesh file that is read.
 MAX_BYTES = 2**30
 
 
 def read_mesh(folder: Path, file: str, where: str) -> tuple[Floats, Ints]:
     """Vertices and triangles of a mesh file, in the file's order, its scene graph applied.
 
-    A polygon gives its fan from its first vertex, as S11 does.
+    A polygon becomes the fan of triangles from its first vertex, as in S11.
 
     Parameters
     ----------
     folder : Path
         The scene's folder; the file may not lie outside it.
     file : str
-        Path relative to it; OBJ, PLY, STL, GLB or OFF. No other file that it names is read.
+        Path relative to it; OBJ, PLY, STL, GLB or OFF. Other files that it names are not read.
     where : str
         The JSON path, for errors.
 
@@ -37,13 +38,15 @@ def read_mesh(folder: Path, file: str, where: str) -> tuple[Floats, Ints]:
     ------
     SceneError
         Outside the folder, missing, too large, unreadable, without faces or not finite.
+
+    Source: S9, S11.
     """
     path = _inside(folder, file, where)
     vertices, faces = _parse(_content(path, file, where), path, file, where)
     if not len(faces):
         raise SceneError("the mesh has no triangles", where=where, got=file)
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise SceneError("a face names a vertex that is not there", where=where, got=file)
+        raise SceneError("a face names a vertex that does not exist", where=where, got=file)
     if not np.isfinite(vertices).all():
         raise SceneError("a vertex of the mesh is not finite", where=where, got=file)
     return vertices, faces.astype(np.int32)
@@ -90,8 +93,8 @@ def _content(path: Path, file: str, where: str) -> bytes:
 
 def _parse(data: bytes, path: Path, file: str, where: str) -> tuple[Floats, NDArray[np.int64]]:
     try:
-        soup = READERS[path.suffix.lower()](data)
-        return soup.vertices(), soup.triangles()
+        mesh = READERS[path.suffix.lower()](data)
+        return mesh.vertices(), mesh.triangles()
     except MemoryError:
         raise SceneError("the mesh does not fit in memory", where=where, got=file) from None
     except (
@@ -102,7 +105,7 @@ def _parse(data: bytes, path: Path, file: str, where: str) -> tuple[Floats, NDAr
         RecursionError,
         OverflowError,
     ) as error:
-        detail = " ".join(str(error).split())[:200]  # a broken file of any kind
+        detail = " ".join(str(error).split())[:200]
         raise SceneError(
             "the mesh file cannot be read", where=where, got=f"{file} ({detail})"
         ) from None

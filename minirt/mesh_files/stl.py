@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from minirt.mesh_files.soup import Soup
+from minirt.mesh_files.builder import MeshBuilder
 
 _HEADER_BYTES = 84
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -21,49 +21,49 @@ _SOLID = re.compile(rb"\s*solid\b[^\n]*", re.IGNORECASE)
 _END = re.compile(rb"\s*endsolid\b[^\n]*", re.IGNORECASE)
 
 
-def read_stl(data: bytes) -> Soup:
-    """Triangles in the file's order; its normals are left out: the vertices' order gives them.
+def read_stl(data: bytes) -> MeshBuilder:
+    """Triangles in the file's order; its normals are ignored: the vertices' order gives them.
 
-    A file whose length is the one that its count of triangles asks for is binary, else it is
-    ASCII: binary files that begin with ``solid`` exist.
+    A file of exactly the length that its count of triangles implies is binary, any other is
+    ASCII: the word ``solid`` at the beginning decides nothing, since binary files have it too.
 
     Raises
     ------
     ValueError
-        Neither a whole binary file nor a whole ASCII one.
+        Neither a complete binary file nor a complete ASCII one.
     """
-    soup = Soup()
+    mesh = MeshBuilder()
     if len(data) >= _HEADER_BYTES:
         count = int.from_bytes(data[_HEADER_BYTES - 4 : _HEADER_BYTES], "little")
         if len(data) == _HEADER_BYTES + count * _FACET.itemsize:
             facets = np.frombuffer(data, dtype=_FACET, offset=_HEADER_BYTES)
-            soup.add_vertices(facets["corners"].reshape(-1, 3))
-            soup.add_polygons(np.arange(3 * count).reshape(-1, 3))
-            return soup
-    _read_text(data, soup)
-    return soup
+            mesh.add_vertices(facets["corners"].reshape(-1, 3))
+            mesh.add_polygons(np.arange(3 * count).reshape(-1, 3))
+            return mesh
+    _read_text(data, mesh)
+    return mesh
 
 
-def _read_text(data: bytes, soup: Soup) -> None:
+def _read_text(data: bytes, mesh: MeshBuilder) -> None:
     data, place = data.rstrip(), 0
     while place < len(data):
         solid = _SOLID.match(data, place)
         if solid is None:
             raise ValueError(
-                "neither binary, with the length that its count asks for, nor ASCII: "
+                "neither binary, of the length that its count implies, nor ASCII: "
                 f"no 'solid' at byte {place}"
             )
-        place = _read_facets(data, solid.end(), soup)
+        place = _read_facets(data, solid.end(), mesh)
 
 
-def _read_facets(data: bytes, place: int, soup: Soup) -> int:
-    """Facets up to the solid's end, and where that is."""
+def _read_facets(data: bytes, place: int, mesh: MeshBuilder) -> int:
+    """Add the facets up to the solid's end; returns where that is."""
     while (face := _FACE.match(data, place)) is not None:
-        first = soup.vertex_count
+        first = mesh.vertex_count
         numbers = face.groups()
         for k in (0, 3, 6):
-            soup.add_vertex(numbers[k : k + 3])
-        soup.add_polygon([first, first + 1, first + 2])
+            mesh.add_vertex(numbers[k : k + 3])
+        mesh.add_polygon([first, first + 1, first + 2])
         place = face.end()
     end = _END.match(data, place)
     if end is None:

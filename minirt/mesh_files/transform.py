@@ -16,7 +16,7 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 
 
 
 def transform_points(matrix: Sequence[Sequence[float]], points: Floats) -> Floats:
-    """Points (k, 3) under an affine map, of which the first three rows of four are read."""
+    """Points (k, 3) under an affine map; only the matrix's first three rows are read."""
     x, y, z = points.T
     return np.stack([row[0] * x + row[1] * y + row[2] * z + row[3] for row in matrix[:3]], axis=1)
 
@@ -32,13 +32,13 @@ def after(outer: Matrix, inner: Matrix) -> Matrix:
 
 
 def determinant(matrix: Matrix) -> float:
-    """Of the linear part; negative where the map mirrors."""
+    """The determinant of the linear part; negative where the map mirrors."""
     (a, b, c, _), (d, e, f, _), (g, h, i, _) = matrix
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 def trs(translation: Sequence[float], rotation: Sequence[float], scale: Sequence[float]) -> Matrix:
-    """Scale, then rotate by the unit quaternion (x, y, z, w), then move."""
+    """The map that scales, then rotates by the unit quaternion (x, y, z, w), then translates."""
     x, y, z, w = map(float, rotation)
     rotated = (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
@@ -47,6 +47,6 @@ def trs(translation: Sequence[float], rotation: Sequence[float], scale: Sequence
     )
     sizes = [float(s) for s in scale]
     return tuple(
-        (*(r * s for r, s in zip(row, sizes, strict=True)), float(move))
-        for row, move in zip(rotated, translation, strict=True)
+        (*(r * s for r, s in zip(row, sizes, strict=True)), float(shift))
+        for row, shift in zip(rotated, translation, strict=True)
     )

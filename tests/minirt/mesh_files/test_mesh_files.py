@@ -303,18 +303,18 @@ def change(document: dict[str, Any], path: list[Any], value: Any) -> dict[str, A
 @pytest.mark.parametrize(
     ("path", "value", "what"),
     [
-        (["extensionsRequired"], ["KHR_draco_mesh_compression"], "needs an extension"),
+        (["extensionsRequired"], ["KHR_draco_mesh_compression"], "requires an extension"),
         (["buffers", 0, "uri"], "../secret.bin", "data in another file"),
         (["bufferViews", 0, "buffer"], 1, "data in another file"),
         (["accessors", 0, "sparse"], {"count": 1}, "sparse"),
         (["accessors", 0, "normalized"], True, "quantised"),
         (["accessors", 0, "bufferView"], None, "missing data"),
-        (["accessors", 0, "componentType"], 5123, "no floats"),
+        (["accessors", 0, "componentType"], 5123, "not floats"),
         (["accessors", 0, "count"], 10**12, "beyond its data"),
         (["accessors", 0, "count"], 5, "beyond its data"),
         (["accessors", 0, "count"], 0, "beyond its data"),
         (["accessors", 0, "byteOffset"], -4, "beyond its data"),
-        (["accessors", 0, "type"], "VEC2", "VEC2 where VEC3"),
+        (["accessors", 0, "type"], "VEC2", "VEC2 where VEC3 is needed"),
         (["accessors", 1, "count"], 2, "multiple of 3"),
         (["accessors", 1, "componentType"], 9, ""),
         (["bufferViews", 0, "byteStride"], 0, "beyond its data"),
@@ -339,7 +339,7 @@ def test_glb_that_is_refused(path: list[Any], value: Any, what: str, tmp_path: P
     assert what in str(fault(tmp_path, "m.glb", glb(document, BLOB)))
 
 
-def test_glb_chunks_that_are_not_whole(tmp_path: Path) -> None:
+def test_a_damaged_glb_container_is_refused(tmp_path: Path) -> None:
     data = glb(gltf([{"mesh": 0}]), BLOB)
     deep = b"[" * 100_000
     for broken in (
@@ -360,7 +360,7 @@ def test_glb_chunks_that_are_not_whole(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "data", "what"),
     [
-        ("m.obj", obj([[0, 1, 9]]), "names a vertex that is not there"),
+        ("m.obj", obj([[0, 1, 9]]), "names a vertex that does not exist"),
         ("m.obj", obj("f 0 1 2"), "line 6: no vertex 0"),
         ("m.obj", obj("f -9 1 2"), "line 6: no vertex -9"),
         ("m.obj", obj("f 1 2"), "line 6: a face of 2 vertices"),
@@ -376,20 +376,20 @@ def test_glb_chunks_that_are_not_whole(tmp_path: Path) -> None:
         ("m.off", off([], f"{10**15} {10**15} 0"), "ends before vertex"),
         ("m.off", off([[0, 1, 2]], "5"), "counts"),
         ("m.off", off([[0, 1, 2]], "five one"), "m.off"),
-        ("m.off", off([[0, 1, 2]]).replace(b"3 0 1 2", b"3 0 1"), "has not the 3 indices"),
-        ("m.off", off([[0, 1, 2]]).replace(b"3 0 1 2", b"-3 0 1"), "has not the -3 indices"),
-        ("m.off", off([[0, 1, 9]]), "not there"),
-        ("m.off", off([[0, 1, -1]]), "not there"),
+        ("m.off", off([[0, 1, 2]]).replace(b"3 0 1 2", b"3 0 1"), "has 2 indices instead of 3"),
+        ("m.off", off([[0, 1, 2]]).replace(b"3 0 1 2", b"-3 0 1"), "has 2 indices instead of -3"),
+        ("m.off", off([[0, 1, 9]]), "does not exist"),
+        ("m.off", off([[0, 1, -1]]), "does not exist"),
         ("m.off", off([[0, 1]]), "a face of 2 vertices"),
         ("m.off", off([[0, 1, 2]], keyword="4OFF"), "does not begin with OFF"),
         ("m.off", off([]), "no triangles"),
-        ("m.ply", ply([[0, 1, 2]], counts=(5, 2)), "face 1 of 2 is not whole"),
-        ("m.ply", ply([[0, 1, 2]], counts=(10**14, 1)), "is not whole"),
+        ("m.ply", ply([[0, 1, 2]], counts=(5, 2)), "face 1 of 2 is incomplete"),
+        ("m.ply", ply([[0, 1, 2]], counts=(10**14, 1)), "is incomplete"),
         ("m.ply", ply([[0, 1, 2]], "binary_little_endian", (5, 2)), "ends in a list of face"),
         ("m.ply", ply([[0, 1, 2]], "binary_little_endian", (10**14, 2)), "ends in vertex"),
         ("m.ply", ply([[0, 1, 2]], "binary_little_endian")[:-1], "ends in face 0"),
-        ("m.ply", ply([[0, 1, 9]]), "not there"),
-        ("m.ply", ply([[0, 1, -1]], "binary_big_endian"), "not there"),
+        ("m.ply", ply([[0, 1, 9]]), "does not exist"),
+        ("m.ply", ply([[0, 1, -1]], "binary_big_endian"), "does not exist"),
         ("m.ply", ply([[0, 1]]), "a face of 2 vertices"),
         ("m.ply", ply([[0, 1]], "binary_big_endian"), "a face of 2 vertices"),
         ("m.ply", ply([]), "no triangles"),
@@ -398,10 +398,10 @@ def test_glb_chunks_that_are_not_whole(tmp_path: Path) -> None:
         ("m.ply", ply([[0, 1, 2]]).replace(b"uchar red", b"list red"), "not a property"),
         ("m.ply", ply([[0, 1, 2]]).replace(b"uchar red", b"byte red"), "not a property"),
         ("m.ply", ply([[0, 1, 2]]).replace(b"uchar int", b"float int"), "not a property"),
-        ("m.ply", ply([[0, 1, 2]]).replace(b"uchar int", b"uchar float"), "no list of whole"),
-        ("m.ply", ply([[0, 1, 2]]).replace(b"format", b"formal"), "not a line of a header"),
+        ("m.ply", ply([[0, 1, 2]]).replace(b"uchar int", b"uchar float"), "not a list of integers"),
+        ("m.ply", ply([[0, 1, 2]]).replace(b"format", b"formal"), "not a line of a PLY header"),
         ("m.ply", ply([[0, 1, 2]]).replace(b"element vertex 5", b"element vertex -5"), "header"),
-        ("m.ply", ply([[0, 1, 2]]).replace(b"format ascii 1.0\n", b""), "names no format"),
+        ("m.ply", ply([[0, 1, 2]]).replace(b"format ascii 1.0\n", b""), "does not name a format"),
         ("m.ply", ply([[0, 1, 2]]).replace(b"end_header\n", b""), "m.ply"),
         ("m.ply", b"ply\nformat ascii 1.0\nelement vertex 1\n", "header does not end"),
         ("m.stl", stl([CORNERS[:3]])[:-1], "neither binary"),
@@ -415,7 +415,7 @@ def test_files_that_are_refused(name: str, data: bytes | str, what: str, tmp_pat
     assert what in str(fault(tmp_path, name, data))
 
 
-def test_stl_text_that_is_not_whole(tmp_path: Path) -> None:
+def test_a_damaged_ascii_stl_is_refused(tmp_path: Path) -> None:
     text = stl_text([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]] * 2)
     assert len(read(tmp_path, "m.stl", text)[1]) == 2
     for broken in (
@@ -482,14 +482,14 @@ def test_damaged_files_never_give_a_traceback(name: str, data: bytes, tmp_path: 
 def test_more_triangles_than_the_limit(
     name: str, data: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("minirt.mesh_files.soup.MAX_FACES", 6)
+    monkeypatch.setattr("minirt.mesh_files.builder.MAX_FACES", 6)
     assert len(read(tmp_path, name, data)[1]) == 6
-    monkeypatch.setattr("minirt.mesh_files.soup.MAX_FACES", 5)
+    monkeypatch.setattr("minirt.mesh_files.builder.MAX_FACES", 5)
     assert "more than 5 triangles" in fault(tmp_path, name, data).got
 
 
 def test_more_vertices_than_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("minirt.mesh_files.soup.MAX_VERTICES", 4)
+    monkeypatch.setattr("minirt.mesh_files.builder.MAX_VERTICES", 4)
     for name, data in (("m.obj", obj([])), ("m.ply", ply([], "binary_big_endian"))):
         assert "more than 4 vertices" in fault(tmp_path, name, data).got
 

@@ -12,14 +12,18 @@ from numpy.typing import NDArray
 from minirt.shapes.polygon import fan
 from minirt.vectors import Floats
 
-#: Largest mesh.
+#: Most triangles of one mesh.
 MAX_FACES = 10_000_000
-#: As many as that many separate triangles have.
+#: Most vertices: as many as that many triangles have where none shares a vertex.
 MAX_VERTICES = 3 * MAX_FACES
 
 
-class Soup:
-    """What a reader fills while it goes through a file."""
+class MeshBuilder:
+    """Collects vertices and polygons while a reader goes through a file.
+
+    Every method that adds raises ValueError for what is no vertex or no polygon, and as soon as
+    the mesh is over `MAX_FACES` or `MAX_VERTICES`.
+    """
 
     def __init__(self) -> None:
         self._points = array("d")
@@ -40,7 +44,7 @@ class Soup:
         self._check()
 
     def add_vertices(self, points: NDArray[Any]) -> None:
-        """Add vertices (k, 3)."""
+        """Add vertices (k, 3) of any number type."""
         self._points.frombytes(np.ascontiguousarray(points, dtype=np.float64).tobytes())
         self._check()
 
@@ -53,7 +57,7 @@ class Soup:
         self._check()
 
     def add_polygons(self, indices: NDArray[Any]) -> None:
-        """Add polygons (m, k) of k vertices each."""
+        """Add m polygons of k vertices each, as vertex indices (m, k)."""
         m, k = indices.shape
         if k < 3:
             raise ValueError(f"a face of {k} vertices")
@@ -81,7 +85,7 @@ class Soup:
         return np.concatenate(triangles)[np.argsort(np.concatenate(owners), kind="stable")]
 
     def _check(self) -> None:
-        """Stop before the memory is gone: m polygons of n indices make n − 2·m triangles."""
+        """Stop before memory runs out: m polygons of n indices in all make n − 2·m triangles."""
         triangles = len(self._indices) - 2 * len(self._counts)
         if triangles > MAX_FACES:
             raise ValueError(f"more than {MAX_FACES:,} triangles")
