@@ -3,6 +3,7 @@ belong there, nothing in the tree that only one machine has."""
 
 from __future__ import annotations
 
+import ast
 import re
 import shutil
 import subprocess
@@ -69,12 +70,28 @@ def test_imports_go_one_way() -> None:
     assert "5 kept, 0 broken" in done.stdout
 
 
+def packages_imported(folder: Path) -> set[str]:
+    """Packages outside the standard library that the modules of a folder import, wherever."""
+    names: set[str] = set()
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names.update(alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom):
+                names.add(node.module or "")
+    return {name.partition(".")[0] for name in names} - sys.stdlib_module_names
+
+
+def test_minirt_imports_numpy_and_pydantic_and_no_other_package() -> None:
+    assert packages_imported(ROOT / "minirt") == {"minirt", "numpy", "pydantic", "pydantic_core"}
+
+
 @pytest.mark.parametrize(
     ("file", "planted", "broken"),
     [
         ("minirt/planted.py", "import reports", "Imports run one way"),
         ("converters/planted.py", "import reference", "Imports run one way"),
-        ("minirt/planted.py", "import rich", "nothing heavier"),
+        ("minirt/planted.py", "import trimesh", "NumPy and pydantic, and no other"),
         ("reference/planted.py", "import mitsuba", "in its own file only"),
         ("reference/planted.py", "import embreex", "in its own file only"),
         ("reference/planted.py", "import flint", "Only the judge"),
