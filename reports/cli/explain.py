@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from reports.cli.options import Json, SceneArgument
-from reports.cli.subject_options import Subject, takes_subject
+from reports.cli.subject_options import takes_subject
+from reports.gate.subject import Subject
 from reports.terminal.console import print_json, stdout_console
 
 
@@ -43,7 +44,7 @@ def explain(
     if subject.named:
         from reports.explain.second_opinion import second_opinion
 
-        opinion = second_opinion(loaded, *pixel, subject.reference(), subject.patience)
+        opinion = second_opinion(loaded, *pixel, subject.reference(), subject.process_timeout)
     if html is not None:
         from reports.explain.page import write_pixel_page
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from reports.cli.options import ClusterOption, Json
-from reports.cli.subject_options import Subject, takes_subject
+from reports.cli.subject_options import takes_subject
+from reports.gate.subject import Subject
 from reports.inputs import names_in
 from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
@@ -55,7 +56,7 @@ def fuzz(
     folder, cases = made_folder(out), list[Path]()
     with cluster_at(cluster) as workers, progress("fuzz") as tell:
         found = hunt(
-            seed, judged, scenes, time, timeout=subject.patience,
+            seed, judged, scenes, time, timeout=subject.process_timeout,
             jobs=min(2, len(judged)), progress=lambda done, _: tell(done, scenes),
             found=lambda failure: cases.append(_written(failure, folder, subject)),
             cluster=workers,

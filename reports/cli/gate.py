@@ -20,7 +20,8 @@ from reports.cli.options import (
     NoHistoryOption,
     ScenesArgument,
 )
-from reports.cli.subject_options import Subject, takes_subject
+from reports.cli.subject_options import takes_subject
+from reports.gate.subject import Subject
 from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def gate(
             done = iter(range(1, len(loaded) + 1))
             run = run_verify(
                 loaded, [judged], out, jobs, [judged.name],
-                lambda _, total: tell(next(done), total), timeout=subject.patience,
+                lambda _, total: tell(next(done), total), timeout=subject.process_timeout,
                 quantities=chosen, given=required,
                 cache=cache_unless(no_cache), baseline=known, diagnose=diagnose,
                 judged=name, before=before, mutants=kills,

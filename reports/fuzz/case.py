@@ -12,9 +12,9 @@ from converters.atomic import atomic_folder, require_replaceable
 from converters.scene_folder import mesh_names
 from minirt.explain.pixel import explain
 from reference.fuzz.hunt import Failure
-from reports.cli.subject_options import Subject
 from reports.explain.text import explanation_text
 from reports.fuzz.cpp import cpp_test
+from reports.gate.subject import Subject
 from reports.results.words import count, one_line
 
 #: What the names of a case's files look like: an older case may be replaced, nothing else.
@@ -92,7 +92,7 @@ def _makes(reference: str, subject: Subject | None) -> tuple[str, str]:
     """Two lines of a test: the import, and the statement that makes the failing renderer."""
     if subject is not None and subject.named and subject.reference().name == reference:
         made = f"reference = Subject.of({subject.options()!r}).reference()"
-        return "from reports.cli.subject_options import Subject", made
+        return "from reports.gate.subject import Subject", made
     chosen = f"(reference,) = choose_references([{json.dumps(reference)}])"
     return "from reference.registry import choose_references", chosen
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from minirt.scene import Scene
     from reference.compare.comparison import Check
     from reference.source import Reference
-    from reports.cli.subject_options import Subject
+    from reports.gate.subject import Subject
 
 #: By scene and quantity.
 Checks = dict[tuple[str, str], "Check"]
@@ -67,7 +67,7 @@ def _option(config: pytest.Config, name: str) -> str:
 
 def _subject(config: pytest.Config) -> Subject:
     """The implementation that the options name."""
-    from reports.cli.subject_options import Subject
+    from reports.gate.subject import Subject
 
     given = {name: _option(config, name) for name in (*_OPTIONS, "sandbox")}
     own = {name: value for name, value in given.items() if value and name not in _CHOICES}
@@ -165,7 +165,7 @@ def _judged(item: GateItem) -> Checks:
     required = _option(item.config, "require")
     results = verify(
         scenes, [item.subject],
-        timeout=_subject(item.config).patience,
+        timeout=_subject(item.config).process_timeout,
         quantities=list(dict.fromkeys(each.quantity for each in chosen)),
         required=chosen_quantities(required) if required else (), cache=usual_cache(),
     )  # fmt: skip

@@ -21,7 +21,7 @@ from reference.jobs.cluster import Cluster, Job
 from reference.jobs.isolate import Workers
 from reference.jobs.program import sandbox_missing
 from reference.jobs.scratch_folders import remove
-from reports.cli.subject_options import GRACE
+from reports.gate.subject import GRACE
 from reports.grade.assignment import Sheet
 from reports.grade.closer import Closer, look_closer
 from reports.grade.copies import find_copies

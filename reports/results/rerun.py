@@ -12,7 +12,7 @@ from minirt import load_scene
 from minirt.scene import Scene
 from minirt.scene_file.atlas import atlas_names
 from reference.registry import REFERENCES
-from reports.cli.subject_options import Subject
+from reports.gate.subject import Subject
 from reports.results.record import Run
 
 #: What stands for the pixel's column and row in a command and in a test.

@@ -16,7 +16,7 @@ import pytest
 import minirt
 from reference import registry
 from reports.cli.main import run
-from reports.cli.subject_options import OutFormat, Subject
+from reports.gate.subject import OutFormat, Subject, claim_of
 from tests.helpers.fake_references import Honest, InsideOut, Missing
 from tests.helpers.places import HELPERS
 
@@ -192,4 +192,4 @@ def test_a_subject_comes_back_from_its_options(monkeypatch: pytest.MonkeyPatch) 
     }  # fmt: skip
     again = Subject.of(options)
     assert again.options() == options
-    assert again.claim() == given.claim()
+    assert claim_of(again) == claim_of(given)

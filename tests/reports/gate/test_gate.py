@@ -16,7 +16,7 @@ from converters.scene_folder import plain_document
 from minirt.frame import Frame
 from minirt.render import render
 from reports.cli.main import run
-from reports.cli.subject_options import Subject
+from reports.gate.subject import Subject, claim_of
 from tests.helpers.fake_references import small_scene
 from tests.helpers.places import HELPERS
 
@@ -118,9 +118,9 @@ def test_of_two_frames_of_a_scene_none_is_chosen(gate: Gate, tmp_path: Path) -> 
 def test_a_file_beside_frames_in_float64_does_not_make_them_coarse(tmp_path: Path) -> None:
     write_frame(render(small_scene(), quantities=["hit"]), tmp_path / "ball.npz")
     (tmp_path / "README.txt").write_text("how it was rendered")
-    assert Subject(frames=tmp_path).claim().handed == "float64"
+    assert claim_of(Subject(frames=tmp_path)).handed == "float64"
     (tmp_path / "ball").mkdir()
-    assert Subject(frames=tmp_path).claim().handed == "float32"
+    assert claim_of(Subject(frames=tmp_path)).handed == "float32"
 
 
 def test_a_mistake_fails_and_names_its_stage(gate: Gate, tmp_path: Path) -> None:
