@@ -22,13 +22,27 @@ Material: TypeAlias = MaterialModel
 
 @dataclass(frozen=True, eq=False)
 class Sphere:
-    """S8's object: center (3,) float64 and radius, in scene units."""
+    """S8's object.
+
+    Attributes
+    ----------
+    name, material : str
+    center : (3,) float64
+        In modelling coordinates.
+    radius : float
+        In scene units, > 0.
+    """
 
     name: str
     material: str
     center: Floats
     radius: float
     type: str = "sphere"
+
+    @property
+    def bounds(self) -> Floats:
+        """Lower and upper corner of the bounding box, (2, 3)."""
+        return np.stack((self.center - self.radius, self.center + self.radius))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +53,7 @@ class Facets:
     ----------
     type : str
         triangle, polygon or mesh.
+    name, material : str
     vertices : (k, 3) float64
         In modelling coordinates.
     faces : (m, 3) int32
@@ -50,6 +65,11 @@ class Facets:
     material: str
     vertices: Floats
     faces: Ints
+
+    @property
+    def bounds(self) -> Floats:
+        """Lower and upper corner of the bounding box, (2, 3)."""
+        return np.stack((self.vertices.min(axis=0), self.vertices.max(axis=0)))
 
     @cached_property
     def corners(self) -> tuple[Floats, Floats, Floats]:
@@ -82,7 +102,7 @@ class Scene:
     rules : tuple of str
         The rules it says it exercises.
     floor : tuple (share, reason) or None
-        A delicate scene's own floor for the share of certain pixels.
+        A delicate scene's own least share of certain pixels, and why it needs one.
     screen : VirtualScreen
     light_direction : tuple of 3 float
         Direction of travel, of any length but 0.
@@ -97,6 +117,10 @@ class Scene:
     objects : tuple of Sphere or Facets
     extent : float
         Largest distance among P0 and the corners of the objects' bounding box.
+    document : dict
+        The scene as JSON data, in the slides' form, with every default filled in.
+    folder : Path
+        Where its mesh files are looked up.
     """
 
     name: str
@@ -149,21 +173,16 @@ class Scene:
     @cached_property
     def bounds(self) -> Floats | None:
         """Lower and upper corner of the objects' bounding box, (2, 3); None without objects."""
-        return object_bounds(self.objects)
+        return bounding_box(self.objects)
 
     def material_of(self, index: int) -> Material:
         """The material of object number `index`."""
         return self.materials[self.objects[index].material]
 
 
-def object_bounds(objects: tuple[Object, ...]) -> Floats | None:
-    """Lower and upper corner of a bounding box of objects, (2, 3) float64; None for no object."""
+def bounding_box(objects: tuple[Object, ...]) -> Floats | None:
+    """Lower and upper corner of the bounding box of objects, (2, 3) float64; None for no object."""
     if not objects:
         return None
-    boxes = []
-    for thing in objects:
-        if isinstance(thing, Sphere):
-            boxes.append((thing.center - thing.radius, thing.center + thing.radius))
-        else:
-            boxes.append((thing.vertices.min(axis=0), thing.vertices.max(axis=0)))
-    return np.stack((np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)))
+    boxes = np.stack([thing.bounds for thing in objects])
+    return np.stack((boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)))

@@ -1,4 +1,4 @@
-"""What each object answers to one ray: the kernels' own numbers."""
+"""What the intersection with each candidate object gives: the kernels' own numbers."""
 
 from __future__ import annotations
 
@@ -14,47 +14,41 @@ from minirt.trace import Hits
 from minirt.vectors import Bools, Floats, column
 from minirt.whitted import Whitted
 
-#: Objects that are explained one by one; a ray seldom meets more boxes.
-MOST = 12
-#: Stands in for a component of a direction that is zero: any length divided by it is finite.
-_FLAT = 1e-250
+#: Most objects that are explained one by one; few rays meet more bounding boxes.
+MAX_LISTED = 12
+#: Takes the place of a direction's component that is zero: any length over it is finite.
+_TINY = 1e-250
 
 
 def candidate_steps(whitted: Whitted, P0: Floats, d: Floats, hits: Hits) -> Iterator[Step]:
-    """A step for each object whose box the ray meets, nearest answer first, at most `MOST`."""
+    """A step for each object whose box the ray meets, nearest hit first, at most `MAX_LISTED`."""
     count = len(whitted.scene.objects)
     boxed = _boxes_met(whitted.scene, P0, d) | (np.arange(count) == hits.object[0])
-    answers = [_answer(whitted, index, P0, d) for index in map(int, np.flatnonzero(boxed))]
-    more = max(0, len(answers) - MOST)
+    found = [_intersection(whitted, index, P0, d) for index in map(int, np.flatnonzero(boxed))]
+    more = max(0, len(found) - MAX_LISTED)
     yield Step(
         "S4",
         "the objects asked",
-        f"The ray meets the boxes of {len(answers)} of {count} objects."
-        + (f" The nearest {MOST} follow." if more else ""),
-        {"asked": len(answers), "culled": count - len(answers), "not shown": more},
+        f"The ray meets the boxes of {len(found)} of {count} objects."
+        + (f" The nearest {MAX_LISTED} follow." if more else ""),
+        {"asked": len(found), "culled": count - len(found), "not shown": more},
     )
-    for _, step in sorted(answers, key=lambda answer: answer[0])[:MOST]:
+    for _, step in sorted(found, key=lambda pair: pair[0])[:MAX_LISTED]:
         yield step
 
 
 def _boxes_met(scene: Scene, P0: Floats, d: Floats) -> Bools:
-    """Whether the ray meets each object's bounding box, but for rounding."""
-    boxes = [_box(thing) for thing in scene.objects]
+    """Whether the ray meets each object's bounding box, up to rounding; (number of objects,)."""
+    boxes = [thing.bounds for thing in scene.objects]
     corners = np.array(boxes, dtype=np.float64).reshape(-1, 2, 3).transpose(1, 2, 0)
-    slowest = np.where(np.abs(d) < _FLAT, np.copysign(_FLAT, d), d)
-    t = np.sort((corners - P0) / slowest, axis=0)
+    nonzero = np.where(np.abs(d) < _TINY, np.copysign(_TINY, d), d)
+    t = np.sort((corners - P0) / nonzero, axis=0)
     entry, leave = t[0].max(axis=0), t[1].min(axis=0)
     met: Bools = (entry <= leave) & (leave >= 0)
     return met
 
 
-def _box(thing: Sphere | Facets) -> tuple[Floats, Floats]:
-    if isinstance(thing, Sphere):
-        return thing.center - thing.radius, thing.center + thing.radius
-    return thing.vertices.min(axis=0), thing.vertices.max(axis=0)
-
-
-def _answer(whitted: Whitted, index: int, P0: Floats, d: Floats) -> tuple[float, Step]:
+def _intersection(whitted: Whitted, index: int, P0: Floats, d: Floats) -> tuple[float, Step]:
     """t of the object's first hit, +inf for none, and the step."""
     thing = whitted.scene.objects[index]
     if isinstance(thing, Sphere):
@@ -114,7 +108,7 @@ def _polygon(
 def _faces(
     whitted: Whitted, index: int, thing: Facets, P0: Floats, d: Floats
 ) -> tuple[float, Step]:
-    """A triangle, or the face of a mesh that is hit first; where none is, the last one asked."""
+    """A triangle, or the face of a mesh that is hit first; where none is, face 0."""
     rules = whitted.rules
     every = np.broadcast_to(P0, (3, len(thing.faces))), np.broadcast_to(d, (3, len(thing.faces)))
     met = rules.triangle(*every, *thing.corners, thing.edge_normals)

@@ -1,4 +1,4 @@
-"""S7 and S13 at one ray: the terms of Phong's formula, and the tree of colours."""
+"""S7 and S13 for one ray: the terms of Phong's formula, and the tree of rays with its colours."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from minirt.trace import Hits
 from minirt.vectors import Floats, column, dot
 from minirt.whitted import Branch, Points, Whitted
 
-#: Rays of the tree that are explained; the others only count.
-MOST = 63
+#: Most rays of the tree that are explained; the others contribute to the colour without a step.
+MAX_RAYS = 63
 
 
 def local_step(whitted: Whitted, points: Points) -> Step:
-    """The colour of the point itself."""
+    """S13: the local colour at the only point, term by term."""
     dark = whitted.shadow(points)
     local, surface = whitted.local_color(points, dark), points.material
     s = whitted.rules.toward_viewer(points.s, points.delta)
@@ -42,21 +42,21 @@ def local_step(whitted: Whitted, points: Points) -> Step:
 
 
 def color_steps(whitted: Whitted, P0: Floats, d: Floats, hits: Hits) -> Iterator[Step]:
-    """The colour of the ray: its own step, then those of the rays that leave, depth first."""
+    """S7: a step for the colour of the ray, then one for each ray it spawns, depth first."""
     steps: list[Step] = []
     _color(whitted, P0, d, hits, 0, "primary", steps)
-    return iter(steps[:MOST])
+    return iter(steps[:MAX_RAYS])
 
 
 def _color(
     whitted: Whitted, P0: Floats, d: Floats, hits: Hits, generation: int, kind: str,
     steps: list[Step],
 ) -> Floats:  # fmt: skip
-    """The colour (3, 1) that a ray brings; adds its step in front of those of its own rays."""
+    """The colour (3, 1) of a ray; inserts its step in front of those of the rays it spawns."""
     place = len(steps)
     points = whitted.points(P0, d, hits)
     if len(points.rays):
-        color, sentence, values = _point(whitted, points, generation, steps)
+        color, sentence, values = _color_at(whitted, points, generation, steps)
     else:
         color, values = column(whitted.scene.background), {}
         sentence = "It brings the background."
@@ -67,7 +67,7 @@ def _color(
     return color
 
 
-def _point(
+def _color_at(
     whitted: Whitted, points: Points, generation: int, steps: list[Step]
 ) -> tuple[Floats, str, dict[str, Value]]:
     material = points.material
@@ -78,9 +78,9 @@ def _point(
     last = generation >= whitted.scene.max_depth
     if k_r[0] > 0 and not last:
         back = whitted.reflected(points)
-        mirrored = _onward(whitted, back, generation, "reflected", steps)
+        mirrored = _branch_color(whitted, back, generation, "reflected", steps)
     if through is not None and k_t[0] > 0 and not last:
-        transmitted = _onward(whitted, through, generation, "refracted", steps)
+        transmitted = _branch_color(whitted, through, generation, "refracted", steps)
     local = whitted.local_color(points, whitted.shadow(points))
     color = whitted.rules.combine(local, mirrored, transmitted, k_r, k_t)
     shares = number(1.0 - k_r - k_t), number(k_r), number(k_t)
@@ -91,7 +91,7 @@ def _point(
     return color, sentence, {**values, "C(ρ)": vector(mirrored), "C(ϱ)": vector(transmitted)}
 
 
-def _onward(
+def _branch_color(
     whitted: Whitted, branch: Branch, generation: int, kind: str, steps: list[Step]
 ) -> Floats:
     return _color(

@@ -1,4 +1,4 @@
-"""The algorithm's own steps at one pixel, rule by rule, with the numbers."""
+"""The algorithm's steps at one pixel, rule by rule, with their numbers."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def _steps(whitted: Whitted, i: int, j: int) -> Steps:
 
 
 def _ray_steps(whitted: Whitted, i: int, j: int) -> Generator[Step, None, Floats]:
-    """S1, S2, S3 and S5; returns d (3, 1)."""
+    """The steps of S1, S2, S3 and S5; returns d (3, 1)."""
     screen, rules = whitted.scene.screen, whitted.rules
     frame = rules.view_frame(screen)
     yield Step(
@@ -146,7 +146,7 @@ def _chosen_step(whitted: Whitted, hits: Hits) -> Step:
         sentence = "Nothing is hit: the pixel shows the background."
     else:
         sentence = f"The smallest t is {number(hits.t):.6g}: {named(whitted, hits)}."
-    values = {"hit": bool(hits.object[0] >= 0), **_met(hits), "t": number(hits.t)}
+    values = {"hit": bool(hits.object[0] >= 0), **_hit_values(hits), "t": number(hits.t)}
     return Step("S4", "the first object hit", sentence, values)
 
 
@@ -187,7 +187,7 @@ def _shadow_step(whitted: Whitted, points: Points) -> Step:
     dark = bool(whitted.shadow(points)[0])
     sentence = f"M is in shadow of {named(whitted, blocker)}." if dark else "M is lit: RT gives ∅."
     values: dict[str, Value] = {"shadow": int(dark), "-l": vector(direction), "epsilon": t0}
-    values |= {**_met(blocker), "t": number(blocker.t)}
+    values |= {**_hit_values(blocker), "t": number(blocker.t)}
     return Step("S12", "the shadow ray", sentence, values)
 
 
@@ -202,31 +202,35 @@ def _reflection_step(whitted: Whitted, points: Points) -> Step:
 
 
 def _refraction_steps(whitted: Whitted, points: Points) -> Steps:
-    if not len(refractive(points)):
-        return
+    if len(refractive(points)):
+        yield _snell_step(whitted, points)
+        yield _refracted_step(whitted, points)
+
+
+def _snell_step(whitted: Whitted, points: Points) -> Step:
     cosine = number(dot(points.delta, points.s))
     leaving = cosine > 0
     nu, nu_t = whitted.rules.indices(points.material.ior, np.array([leaving]))
     sine = math.sqrt(max(0.0, 1.0 - cosine * cosine))
     bent = sine * number(nu) / number(nu_t)
-    total = bent > 1
-    through = whitted.refracted(points)
     values = {"nu": number(nu), "nu_t": number(nu_t), "theta": math.degrees(math.asin(sine))}
-    way = "leaves" if leaving else "enters"
-    if not total:
+    if bent > 1:
+        outcome = f"sin φ = {bent:.6g} > 1 has no answer."
+    else:
         values["phi"] = math.degrees(math.asin(min(1.0, bent)))
-    yield Step(
-        "S15",
-        "Snell's law",
-        f"The ray {way} the object at θ = {values['theta']:.6g}°; "
-        + (f"sin φ = {bent:.6g} > 1 has no answer." if total else f"φ = {values['phi']:.6g}°."),
-        values,
-    )
+        outcome = f"φ = {values['phi']:.6g}°."
+    way = "leaves" if leaving else "enters"
+    sentence = f"The ray {way} the object at θ = {values['theta']:.6g}°; {outcome}"
+    return Step("S15", "Snell's law", sentence, values)
+
+
+def _refracted_step(whitted: Whitted, points: Points) -> Step:
+    through = whitted.refracted(points)
     tir = bool(np.isnan(through.direction[0, 0]))
     sentence = "Total internal reflection: there is no refracted ray (E2)."
     if not tir:
         sentence = f"ϱ, with s turned along δ (E1), meets {named(whitted, through.hits)}."
-    yield Step(
+    return Step(
         "S16",
         "the refracted ray",
         sentence,
@@ -234,7 +238,7 @@ def _refraction_steps(whitted: Whitted, points: Points) -> Steps:
     )
 
 
-def _met(hits: Hits) -> dict[str, Value]:
+def _hit_values(hits: Hits) -> dict[str, Value]:
     return {"object": int(hits.object[0]), "triangle": int(hits.triangle[0])}
 
 

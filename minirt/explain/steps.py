@@ -1,4 +1,4 @@
-"""One step of an explanation, and how its numbers are taken out of the arrays of one ray."""
+"""One step of an explanation, and the helpers that turn a single ray's arrays into its values."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ class Step:
 
 
 def number(values: Floats) -> float:
-    """The only value of an array."""
+    """The only value of an array with one element, as a float."""
     return float(values.reshape(-1)[0])
 
 
 def vector(values: Floats) -> tuple[float, ...]:
-    """The only column of an array (3, 1)."""
+    """The only column of an array (3, 1), as three floats."""
     return tuple(float(x) for x in values.reshape(3, -1)[:, 0])
 
 
 def named(whitted: Whitted, hits: Hits) -> str:
-    """The object that the only ray of some hits meets, as a person calls it."""
+    """The object that a single ray meets, in words; "nothing" for none."""
     index = int(hits.object[0])
     if index < 0:
         return "nothing"
@@ -57,7 +57,7 @@ def named(whitted: Whitted, hits: Hits) -> str:
 
 
 def length_in_words(length: float) -> str:
-    """The length of d, with every digit where it is close to 1 but not 1.
+    """The length of d in words, with every digit where it is close to 1 but not 1.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def length_in_words(length: float) -> str:
 
 
 def plain(value: Any) -> Any:
-    """As JSON data: tuples as lists, numbers that are not finite as text."""
+    """A value as JSON data: tuples as lists, numbers that are not finite as text."""
     if isinstance(value, Mapping):
         return {key: plain(each) for key, each in value.items()}
     if isinstance(value, tuple):

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from minirt.errors import SceneError
-from minirt.scene import Object, Scene, object_bounds
+from minirt.scene import Object, Scene, bounding_box
 from minirt.scene_file.objects import resolve_objects
 from minirt.scene_file.schema import SMALLEST, SceneDocument, ScreenModel
 from minirt.scene_file.screen import resolve_screen
@@ -108,7 +108,7 @@ def _require_nonzero(vector: tuple[float, float, float], where: str, what: str) 
 
 def _extent(screen: VirtualScreen, objects: tuple[Object, ...]) -> float:
     """The largest distance among P0 and the corners of the objects' bounding box."""
-    box = object_bounds(objects)
+    box = bounding_box(objects)
     if box is None:
         return abs(screen.nu)
     corners = np.stack(np.meshgrid(*box.T, indexing="ij")).reshape(3, -1)

@@ -13,7 +13,7 @@ from reports.terminal.console import indented, print_json, stdout_console
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from minirt.explain.exercises import Exercise
+    from minirt.explain.exercise_kinds import Exercise
 
 #: Bytes beyond which a file holds no answers.
 _LONGEST = 2**20

@@ -11,7 +11,8 @@ import pytest
 
 import minirt
 from minirt.errors import InputError
-from minirt.explain.exercises import EXERCISES, Reflection, checked, generated
+from minirt.explain.exercise_kinds import Reflection
+from minirt.explain.exercises import EXERCISES, checked, generated
 from reports.cli.main import run
 
 SQ3 = 3.0**0.5

@@ -12,7 +12,7 @@ import pytest
 
 import minirt
 from minirt.errors import InputError
-from minirt.explain.candidates import MOST
+from minirt.explain.candidates import MAX_LISTED
 from minirt.explain.pixel import Explanation, explain
 from minirt.explain.steps import Step, plain
 
@@ -111,7 +111,7 @@ def test_only_the_nearest_candidates_are_listed_and_the_rest_counted() -> None:
     counts = _step(explanation, "the objects asked").values
     listed = [step for step in explanation.steps if step.rule == "S8" and "near" in step.values]
     assert counts["asked"] + counts["culled"] == len(scene.objects)  # type: ignore[operator]
-    assert len(listed) == min(MOST, counts["asked"])  # type: ignore[type-var]
+    assert len(listed) == min(MAX_LISTED, counts["asked"])  # type: ignore[type-var]
     t = [float(step.values["t"]) for step in listed]  # type: ignore[arg-type]
     assert t == sorted(t)
 
