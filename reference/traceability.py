@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from minirt.quantities import QUANTITIES
 from minirt.rules import Rules
 from minirt.scene import Scene
-from reference.verify import SceneResult
+from reference.verify.results import SceneResult
 
 #: The rules that a run has to show, and the two departures that change an image.
 TRACED = (*(f"S{k}" for k in range(1, 17)), "E1", "E2")

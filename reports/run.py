@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryFile
 
 from converters.atomic import atomic_file
 from minirt.errors import InputError
-from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.cache import Cache
 from reference.jobs.cluster import Cluster
 from reference.source import Reference
-from reference.verify import TIMEOUT, Diagnose, SceneResult, verify
+from reference.verify.options import DEFAULTS, Options
+from reference.verify.results import SceneResult
+from reference.verify.run import verify
 from reports.history.before import Before
 from reports.page.portrait import portrayed
 from reports.page.report import report_html
@@ -27,8 +28,8 @@ from reports.results.record import Run, results_json
 from reports.results.summary import summary_markdown
 from reports.results.verdict import decide
 
-#: Called with a result and the number of scenes when one more scene is done.
-Progress = Callable[[SceneResult, int], None]
+#: Called with the number of scenes that are done, and of all.
+Progress = Callable[[int, int], None]
 
 #: The files that a run leaves in its folder, and what makes each.
 REPORTS: dict[str, Callable[[Run], str]] = {
@@ -39,23 +40,40 @@ REPORTS: dict[str, Callable[[Run], str]] = {
 }
 
 
+@dataclass(frozen=True)
+class RunOptions:
+    """How scenes are compared, and what else its reports take in.
+
+    Attributes
+    ----------
+    comparison : Options
+        The run itself sets the callbacks for what its reports show.
+    required : collection of str
+        Names of references without whose answer the run is incomplete.
+    baseline : Baseline or None
+        Failures that are known, and excused for a time.
+    judged : str
+        The implementation that is judged, as it was named; empty for minirt itself.
+    before : Before or None
+        What a history knows of the scenes.
+    mutants : KillMatrix or None
+        To be shown in the reports.
+    """
+
+    comparison: Options = DEFAULTS
+    required: Collection[str] = ()
+    baseline: Baseline | None = None
+    judged: str = ""
+    before: Before | None = None
+    mutants: KillMatrix | None = None
+
+
 def run_verify(
     scenes: Sequence[Scene],
     references: Sequence[Reference],
     out_dir: str | Path,
-    jobs: int = 2,
-    required: Collection[str] = (),
+    options: RunOptions = RunOptions(),
     progress: Progress | None = None,
-    *,
-    timeout: float = TIMEOUT,
-    quantities: Iterable[str] = tuple(QUANTITIES),
-    given: Collection[str] = (),
-    cache: Cache | None = None,
-    baseline: Baseline | None = None,
-    diagnose: Diagnose | None = None,
-    judged: str = "",
-    before: Before | None = None,
-    mutants: KillMatrix | None = None,
     cluster: Cluster | None = None,
 ) -> Run:
     """Compare minirt with references on scenes, and write the reports into a folder.
@@ -67,31 +85,9 @@ def run_verify(
     references : sequence of Reference
     out_dir : path
         Made where it is not there; other files in it stay.
-    jobs : int
-        Processes of each kind, at least 1.
-    required : collection of str
-        Names of references without whose answer the run is incomplete.
+    options : RunOptions
     progress : callable, optional
-        Called in this process for each scene with the number of all scenes: in order, or from a
-        cluster as they are done.
-    timeout : float
-        Seconds that a reference may take for one scene.
-    quantities : iterable of str
-        What to compare.
-    given : collection of str
-        Quantities that every reference must give.
-    cache : Cache, optional
-        Where frames and their stability are kept from run to run.
-    baseline : Baseline, optional
-        Failures that are known, and excused for a time.
-    diagnose : callable, optional
-        Names what explains a failure.
-    judged : str
-        The implementation that is judged, as it was named; empty for minirt itself.
-    before : Before, optional
-        What a history knows of the scenes.
-    mutants : KillMatrix, optional
-        To be shown in the reports.
+        Called in this process when one more scene is done.
     cluster : Cluster, optional
         Whose workers do the scenes in place of this machine.
 
@@ -107,33 +103,34 @@ def run_verify(
     """
     folder = made_folder(Path(out_dir))
     start, origin = time.perf_counter(), provenance()
+    callbacks = replace(
+        options.comparison.callbacks, digest=digest_of, draw=agreement_of, portray=portrayed
+    )
     results = []
-    for result in verify(
-        scenes, references, jobs, digest_of, timeout, quantities, agreement_of, given, cache,
-        diagnose, portrayed, cluster,
-    ):  # fmt: skip
+    comparison = replace(options.comparison, callbacks=callbacks)
+    for result in verify(scenes, references, comparison, cluster):
         results.append(result)
         if progress is not None:
-            progress(result, len(scenes))
+            progress(len(results), len(scenes))
     if cluster is not None:
         results.sort(key=lambda result: scenes.index(result.scene))
     names = [reference.name for reference in references]
     remarks = _kept(results)
-    if baseline is not None:
-        results, said = baseline.applied(results)
+    if options.baseline is not None:
+        results, said = options.baseline.applied(results)
         remarks += [f"Baseline: {remark}" for remark in said]
     run = Run(
         results=tuple(results),
         references=tuple(names),
-        required=tuple(sorted(required)),
-        verdict=decide(results, names, required),
+        required=tuple(sorted(options.required)),
+        verdict=decide(results, names, options.required),
         provenance=origin,
         seconds=time.perf_counter() - start,
         folder=folder,
         remarks=tuple(remarks),
-        judged=without_passwords(judged),
-        before=before,
-        mutants=mutants,
+        judged=without_passwords(options.judged),
+        before=options.before,
+        mutants=options.mutants,
     )
     write_reports(run)
     return run

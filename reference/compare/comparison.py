@@ -4,93 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
 
 import numpy as np
 
 from minirt.frame import Array, Frame, has_numbers, planes
-from minirt.quantities import QUANTITIES, STAGES, Quantity, Stage
+from minirt.quantities import QUANTITIES, STAGES, Quantity
 from minirt.scene import Scene
 from minirt.vectors import Bools, Floats
+from reference.compare.check import CERTAIN_FLOOR, Check, State, WorstPixel
 from reference.compare.flip import flip_ceiling, flip_of
 from reference.compare.similarity import ssim_floor, ssim_of
 from reference.compare.stability import Stability
-
-#: Share of pixels that must be certain on a scene that states no floor of its own.
-CERTAIN_FLOOR = 0.99
-
-#: `known` is a failure that a baseline excuses, with a reason and for a time.
-State = Literal[
-    "passed", "failed", "known", "not given", "not supported", "missing", "crashed", "timed out"
-]
-
-
-@dataclass(frozen=True)
-class Worst:
-    """The pixel at which a quantity is furthest from minirt's, relative to the tolerance.
-
-    Attributes
-    ----------
-    column, row : int
-        From the left, and from the TOP.
-    ours, theirs : list of float
-    error, tolerance, ratio : float
-        Euclidean for vectors; ratio is error/tolerance, +inf for a discrete mismatch.
-    """
-
-    column: int
-    row: int
-    ours: list[float]
-    theirs: list[float]
-    error: float
-    tolerance: float
-    ratio: float
-
-
-@dataclass(frozen=True)
-class Check:
-    """One quantity of one scene against one reference.
-
-    Attributes
-    ----------
-    quantity, stage : str
-    state : str
-    reason : str
-        Why it is not 'passed', in a sentence; empty where it is.
-    pixels, certain, compared : int
-        Of the image; where the exact answer is stable; of those, where there is a value.
-    floor : float
-        Least share of certain pixels.
-    wrong, first_wrong : int
-        Certain pixels that are wrong, and those where no earlier stage is.
-    worst : Worst or None
-        None where nothing was compared.
-    ssim, ssim_floor : float or None
-        Structural similarity of the whole picture, for hit, depth and shadow.
-    flip, flip_ceiling : float or None
-        Mean FLIP difference of the whole picture, for colour.
-    """
-
-    quantity: str
-    stage: Stage
-    state: State
-    reason: str = ""
-    pixels: int = 0
-    certain: int = 0
-    compared: int = 0
-    floor: float = CERTAIN_FLOOR
-    wrong: int = 0
-    first_wrong: int = 0
-    worst: Worst | None = None
-    ssim: float | None = None
-    ssim_floor: float | None = None
-    flip: float | None = None
-    flip_ceiling: float | None = None
-
-    @property
-    def ratio(self) -> float | None:
-        """The worst error over its tolerance; None where nothing was compared."""
-        return None if self.worst is None else self.worst.ratio
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,11 +115,6 @@ def _incomparable(
     return Check(name, stage, lacking, reason)
 
 
-def without_answer(names: Any, state: State, reason: str) -> tuple[Check, ...]:
-    """One check a quantity for a reference that gave no frame at all."""
-    return tuple(Check(name, QUANTITIES[name].stage, state, reason) for name in names)
-
-
 def error_of(quantity: Quantity, ours: Array, theirs: Array) -> Floats:
     """Absolute error (ny, nx), Euclidean for vectors; +inf where only one of the two is a number.
 
@@ -232,7 +151,7 @@ def _first_wrong_stage(ratios: Mapping[str, Floats], size: tuple[int, int]) -> A
 
 def _check(
     name: str, ours: Frame, stability: Stability, ratio: Floats, first_stage: Array, floor: float,
-    worst: Worst | None,
+    worst: WorstPixel | None,
 ) -> Check:  # fmt: skip
     quantity = QUANTITIES[name]
     certain: Bools = stability.certain[name]
@@ -246,10 +165,11 @@ def _check(
         pixels=certain.size,
         certain=int(certain.sum()),
         compared=int((certain & given).sum()),
-        floor=floor,
         wrong=int(wrong.sum()),
         first_wrong=int((wrong & (first_stage == here)).sum()),
+        ratio=None if worst is None else float(ratio[worst.row, worst.column]),
         worst=worst,
+        floor=floor,
     )
     return _judged(check)
 
@@ -274,8 +194,8 @@ def _with_pictures(check: Check, ours: Frame, theirs: Frame, stability: Stabilit
 
 
 def _judged(check: Check) -> Check:
-    reason = _fault(check)
-    return check if not reason else replace(check, state="failed", reason=reason)
+    fault = check.fault
+    return replace(check, state="failed", reason=fault) if fault else check
 
 
 def _usual_tolerance(tolerance: Floats | None, certain: Bools) -> float:
@@ -283,26 +203,6 @@ def _usual_tolerance(tolerance: Floats | None, certain: Bools) -> float:
     if tolerance is None or not certain.any():
         return 0.0
     return float(np.median(tolerance[certain]))
-
-
-def _fault(check: Check) -> str:
-    if check.wrong:
-        return f"{check.wrong} of {check.certain} certain pixels wrong" + (
-            "" if check.first_wrong else ", all wrong in an earlier stage already"
-        )
-    if check.certain < check.floor * check.pixels:
-        share = check.certain / check.pixels
-        least = 100 * check.floor
-        return f"only {100 * share:.2f} % of the pixels are certain, expected {least:.4g} %"
-    if check.ssim is not None and check.ssim_floor is not None and check.ssim < check.ssim_floor:
-        return f"SSIM {check.ssim:.5f} is below its floor {check.ssim_floor}"
-    if (
-        check.flip is not None
-        and check.flip_ceiling is not None
-        and check.flip > check.flip_ceiling
-    ):
-        return f"FLIP {check.flip:.5f} is above its ceiling {check.flip_ceiling:.3g}"
-    return ""
 
 
 def _has_value(quantity: Quantity, values: Array) -> Bools:
@@ -313,18 +213,17 @@ def _has_value(quantity: Quantity, values: Array) -> Bools:
 
 def _worst(
     name: str, ours: Frame, theirs: Frame, stability: Stability, ratio: Floats, error: Floats
-) -> Worst | None:
+) -> WorstPixel | None:
     if np.isnan(ratio).all():
         return None
     row, column = np.unravel_index(int(np.nanargmax(ratio)), ratio.shape)
     pixel = (int(row), int(column))
     allowed = 0.0 if QUANTITIES[name].discrete else float(stability.tolerance[name][pixel])
-    return Worst(
+    return WorstPixel(
         column=int(column),
         row=int(row),
-        ours=np.atleast_1d(ours[name][pixel]).astype(float).tolist(),
-        theirs=np.atleast_1d(theirs[name][pixel]).astype(float).tolist(),
+        ours=tuple(np.atleast_1d(ours[name][pixel]).astype(float).tolist()),
+        theirs=tuple(np.atleast_1d(theirs[name][pixel]).astype(float).tolist()),
         error=float(error[pixel]),
         tolerance=allowed,
-        ratio=float(ratio[pixel]),
     )

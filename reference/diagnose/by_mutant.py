@@ -22,7 +22,7 @@ from minirt.trace import ASKED_OF_EVERY_PAIR
 from minirt.vectors import Bools, Floats, Index
 from reference.diagnose.symptoms import Symptom, float32_arithmetic, missing_or_at_once
 from reference.mutants import CATALOGUE, Mutant
-from reference.verify import Evidence
+from reference.verify.results import Evidence
 
 #: Pixels that the final candidates are judged by, and that all candidates are: half of them wrong.
 SAMPLE, GLANCE = 3_000, 120

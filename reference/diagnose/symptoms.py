@@ -14,7 +14,7 @@ import numpy as np
 from minirt.quantities import QUANTITIES
 from minirt.scene import Facets
 from minirt.vectors import Bools
-from reference.verify import Evidence
+from reference.verify.results import Evidence
 
 #: Rounding to float32, and how many of its steps arithmetic in it may lose.
 _U32, _STEPS = 2.0**-24, 64

@@ -15,11 +15,13 @@ from converters.frames.files import read_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
-from reference.compare.comparison import Check, Comparison, compare
+from reference.compare.check import Check
+from reference.compare.comparison import Comparison, compare
 from reference.compare.stability import Stability, exact_answer, stability_of
 from reference.jobs.isolate import Job, Outcome, Workers
 from reference.source import Reference, Unsupported
-from reference.verify import TIMEOUT, Answered, render_by
+from reference.verify.options import TIMEOUT
+from reference.verify.rendering import RenderedFrame, render_to_file
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ class Bench:
         given = [
             (reference, answer)
             for reference, answer in zip(references, answers, strict=True)
-            if isinstance(answer, Answered)
+            if isinstance(answer, RenderedFrame)
         ]
         judged = iter(self._judged(scene, given))
         return [a if isinstance(a, Trial) else next(judged) for a in answers]
@@ -106,9 +108,9 @@ class Bench:
             return None
         room = Path(self._scratch.name) / str(next(self._numbers))
         room.mkdir()
-        return self._theirs.submit(self.timeout, render_by, reference, scene, room)
+        return self._theirs.submit(self.timeout, render_to_file, reference, scene, room)
 
-    def _judged(self, scene: Scene, given: list[tuple[Reference, Answered]]) -> list[Trial]:
+    def _judged(self, scene: Scene, given: list[tuple[Reference, RenderedFrame]]) -> list[Trial]:
         if not given:
             return []
         outcome = self._ours.submit(None, judge_all, scene, given).outcome()
@@ -127,7 +129,7 @@ def try_once(scene: Scene, reference: Reference) -> Trial:
         return bench.trial(scene, reference)
 
 
-def judge_all(scene: Scene, answers: Sequence[tuple[Reference, Answered]]) -> list[Trial]:
+def judge_all(scene: Scene, answers: Sequence[tuple[Reference, RenderedFrame]]) -> list[Trial]:
     """Compare references' frames of one scene with minirt's. Runs in a child process.
 
     What they declare is asked here, where nothing of theirs has run.
@@ -144,13 +146,13 @@ def judge_all(scene: Scene, answers: Sequence[tuple[Reference, Answered]]) -> li
     return trials
 
 
-def _answer(reference: Reference, job: Job | None) -> Answered | Trial:
+def _answer(reference: Reference, job: Job | None) -> RenderedFrame | Trial:
     """What a reference gave, or how it failed to."""
     if job is None:
         return Trial("missing", reason=reference.missing() or "")
     outcome = job.outcome()
     if outcome.state == "done":
-        answered: Answered = outcome.value
+        answered: RenderedFrame = outcome.value
         return answered
     return _unanswered(outcome)
 

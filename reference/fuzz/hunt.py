@@ -16,7 +16,7 @@ from reference.fuzz.scenes import mesh_folder, scene_document
 from reference.fuzz.shrink import Shrunk, shrink
 from reference.jobs.cluster import Cluster, Job, in_order
 from reference.source import Reference
-from reference.verify import TIMEOUT
+from reference.verify.options import TIMEOUT
 
 #: Least share of certain pixels over all quantities, references and scenes of a hunt. A fuzz
 #: scene may lack them, being built to be delicate; a renderer whose declared error makes a

@@ -90,11 +90,12 @@ def gate(
     """
     from minirt.render import chosen_quantities
     from reference.diagnose.by_mutant import diagnose
+    from reference.verify.options import Callbacks, Options
     from reports.history.recording import known_before, opened_history, record_run
     from reports.inputs import cache_unless, chosen_scenes, scene_names
     from reports.results.kills import read_kills
     from reports.results.record import results_document
-    from reports.run import run_verify
+    from reports.run import RunOptions, run_verify
     from reports.terminal.results import print_run
 
     if init is not None:
@@ -112,14 +113,12 @@ def gate(
     with opened_history(history, not no_history, out) as kept:
         before = known_before(kept, loaded, [judged], name)
         with progress("gate") as tell:
-            done = iter(range(1, len(loaded) + 1))
-            run = run_verify(
-                loaded, [judged], out, jobs, [judged.name],
-                lambda _, total: tell(next(done), total), timeout=subject.process_timeout,
-                quantities=chosen, given=required,
-                cache=cache_unless(no_cache), baseline=known, diagnose=diagnose,
-                judged=name, before=before, mutants=kills,
+            comparison = Options(
+                chosen, required, subject.process_timeout, jobs, cache_unless(no_cache),
+                Callbacks(diagnose=diagnose),
             )  # fmt: skip
+            options = RunOptions(comparison, [judged.name], known, name, before, kills)
+            run = run_verify(loaded, [judged], out, options, tell)
         status, lines = record_run(run, kept)
     for line in lines:
         stderr_console().print(line, soft_wrap=True)

@@ -56,11 +56,12 @@ def verify(
     from reference.jobs.isolate import get_ready
 
     get_ready("reports.run")
+    from reference.verify.options import Options
     from reports.history.recording import known_before, opened_history, record_run
     from reports.inputs import cache_unless, chosen_scenes, cluster_at, references_of
     from reports.results.kills import read_kills
     from reports.results.record import results_document
-    from reports.run import run_verify
+    from reports.run import RunOptions, run_verify
     from reports.terminal.results import print_run
 
     chosen, required = references_of(names_in(reference), names_in(require))
@@ -69,12 +70,9 @@ def verify(
     with cluster_at(cluster) as workers, opened_history(history, not no_history, out) as kept:
         before = known_before(kept, loaded, chosen)
         with progress("verify") as tell:
-            done = iter(range(1, len(loaded) + 1))
-            run = run_verify(
-                loaded, chosen, out, jobs, required,
-                lambda _, total: tell(next(done), total), timeout=timeout,
-                cache=cache_unless(no_cache), before=before, mutants=kills, cluster=workers,
-            )  # fmt: skip
+            comparison = Options(timeout=timeout, jobs=jobs, cache=cache_unless(no_cache))
+            options = RunOptions(comparison, required, before=before, mutants=kills)
+            run = run_verify(loaded, chosen, out, options, tell, workers)
         status, lines = record_run(run, kept)
     for line in lines:
         stderr_console().print(line, soft_wrap=True)

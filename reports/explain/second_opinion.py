@@ -16,7 +16,9 @@ from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
 from reference.diagnose.by_mutant import diagnose
 from reference.source import Reference
-from reference.verify import Evidence, verify
+from reference.verify.options import Callbacks, Options
+from reference.verify.results import Evidence
+from reference.verify.run import verify
 from reports.results.json_model import spelled
 from reports.results.rule_names import RULE_NAMES
 from reports.results.words import number, one_line, times, values
@@ -127,7 +129,8 @@ def second_opinion(
         Seconds for its rendering.
     """
     digest: Callable[[Evidence], tuple[Row, ...]] = partial(rows_at, row, column)
-    (result,) = verify([scene], [subject], 1, digest, timeout, diagnose=diagnose)
+    options = Options(timeout=timeout, jobs=1, callbacks=Callbacks(digest, diagnose=diagnose))
+    (result,) = verify([scene], [subject], options)
     (answer,) = result.references
     if answer.digest is None:
         return SecondOpinion(subject.name, (), answer.checks[0].reason)

@@ -15,7 +15,7 @@ import pytest
 
 if TYPE_CHECKING:
     from minirt.scene import Scene
-    from reference.compare.comparison import Check
+    from reference.compare.check import Check
     from reference.source import Reference
     from reports.gate.subject import Subject
 
@@ -157,19 +157,20 @@ def _shared(item: GateItem) -> Checks:
 
 def _judged(item: GateItem) -> Checks:
     from minirt.render import chosen_quantities
-    from reference.verify import verify
+    from reference.verify.options import Options
+    from reference.verify.run import verify
     from reports.inputs import usual_cache
 
     chosen = [each for each in item.session.items if isinstance(each, GateItem)]
     scenes = list({each.scene.name: each.scene for each in chosen}.values())
     required = _option(item.config, "require")
-    results = verify(
-        scenes, [item.subject],
+    options = Options(
+        quantities=tuple(dict.fromkeys(each.quantity for each in chosen)),
+        required=chosen_quantities(required) if required else (),
         timeout=_subject(item.config).process_timeout,
-        quantities=list(dict.fromkeys(each.quantity for each in chosen)),
-        required=chosen_quantities(required) if required else (), cache=usual_cache(),
-    )  # fmt: skip
-    return dict(_by_name(results))
+        cache=usual_cache(),
+    )
+    return dict(_by_name(verify(scenes, [item.subject], options)))
 
 
 def _by_name(results: Any) -> Iterator[tuple[tuple[str, str], Check]]:

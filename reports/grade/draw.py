@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.verify import Evidence
+from reference.verify.results import Evidence
 from reports.page.pictures import (
     Span,
     has_scale,

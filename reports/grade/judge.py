@@ -13,12 +13,13 @@ from converters.frames.files import read_frame, write_frame
 from minirt.errors import MinirtError
 from minirt.quantities import QUANTITIES, STAGES
 from reference.cache import Cache
-from reference.compare.comparison import CERTAIN_FLOOR, Comparison, compare
+from reference.compare.check import CERTAIN_FLOOR
+from reference.compare.comparison import Comparison, compare
 from reference.compare.precision import Claim, Precision, declared
 from reference.jobs.isolate import Outcome
 from reference.jobs.scratch_folders import remove
 from reference.source import Crashed, Rendering, Unsupported
-from reference.verify import Evidence
+from reference.verify.results import Evidence
 from reports.grade.assignment import Assignment, Sheet
 from reports.grade.draw import draw
 from reports.grade.fingerprint import fingerprint, is_rounded

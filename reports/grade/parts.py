@@ -15,7 +15,7 @@ from minirt.screen import view_frame
 from minirt.vectors import Bools
 from reference.mutants import CATALOGUE
 from reference.traceability import TRACED, trace_rules
-from reference.verify import Evidence
+from reference.verify.results import Evidence
 from reports.grade.rubric import Part
 
 #: The kinds of objects that a rule about one kind speaks of.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from reference.compare.comparison import State
+from reference.compare.check import State
 
 #: Names of a scene, a reference and a quantity.
 CellName = tuple[str, str, str]

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from minirt.quantities import QUANTITIES
-from reference.compare.comparison import State
+from reference.compare.check import COMPARED, UNANSWERED, State
 from reports.history.before import CellName
 from reports.history.entry import CellEntry, Entry
-from reports.results.words import COMPARED, UNANSWERED, share, times
+from reports.results.words import share, times
 
 Kind = Literal["worse", "better", "higher", "lower", "changed", "new", "gone"]
 

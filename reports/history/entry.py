@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from reference.compare.comparison import State
+from reference.compare.check import COMPARED, UNANSWERED, State
 from reports.history.before import CellName
 from reports.results.file import read_results
 from reports.results.json_model import Number
 from reports.results.record import AnswerModel, CheckModel, ResultsModel, SceneModel
-from reports.results.words import COMPARED, UNANSWERED, one_line, plain
+from reports.results.words import one_line, plain
 
 #: Longest name of a scene or a reference in a history; longer ones are cut.
 LONGEST_NAME = 255

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from reference.fuzz.bench import Bench
 from reference.fuzz.hunt import HUNT_FLOOR, Failure, Hunt, hunt
 from reference.jobs.cluster import Cluster
 from reference.source import Reference
+from reference.verify.options import Options
 from reports.cli.fuzz import hunt_document
 from reports.cli.mutants import (
     chosen_mutants,
@@ -34,7 +36,7 @@ from reports.history.text import verdict_of
 from reports.nightly.night import Night, StepModel, write
 from reports.results.kills import read_kills
 from reports.results.words import count, one_line, share
-from reports.run import REPORTS, run_verify
+from reports.run import REPORTS, RunOptions, run_verify
 
 #: Seconds of fuzzing after which what was found is noted, and scenes of one seed.
 ROUND, MOST_SCENES = 60.0, 500
@@ -82,13 +84,15 @@ def verify_step(night: Night, job: Job, history: History, tell: Progress) -> Ste
     """Compare minirt with its references; the reports, which show the mutants too."""
     kills = night.folder / "mutants.json"
     if not all((night.folder / name).exists() for name in REPORTS):
-        done = iter(range(1, len(job.scenes) + 1))
-        run_verify(
-            job.scenes, job.references, night.folder, job.jobs, job.required,
-            lambda _, total: tell("verify", next(done), total), timeout=job.timeout,
+        options = RunOptions(
+            Options(timeout=job.timeout, jobs=job.jobs),
+            job.required,
             before=known_before(history, job.scenes, job.references),
-            mutants=read_kills(kills) if kills.exists() else None, cluster=job.cluster,
-        )  # fmt: skip
+            mutants=read_kills(kills) if kills.exists() else None,
+        )
+        run_verify(
+            job.scenes, job.references, night.folder, options, partial(tell, "verify"), job.cluster
+        )
     run = read_entry(night.folder)
     return StepModel(exit_status=run.exit_status, sentence=run.sentence, seconds=run.seconds)
 

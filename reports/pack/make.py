@@ -7,6 +7,7 @@ import re
 import shutil
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,9 @@ from reference.compare.precision import Claim, Precision, declared
 from reference.compare.stability import Exact, Stability, exact_answer, stability_of
 from reference.jobs.isolate import Workers
 from reference.source import Reference
-from reference.verify import TIMEOUT, SceneResult, verify
+from reference.verify.options import Options
+from reference.verify.results import SceneResult
+from reference.verify.run import verify
 from reports.pack.manifest import (
     CHECKSUM,
     MANIFEST,
@@ -97,10 +100,10 @@ def make_pack(
     """
     _require_room(folder)
     old = read_manifest(folder) if (folder / MANIFEST).exists() else None
-    tell = _steps(2 * len(scenes), progress)
-    confirmed = confirmations(scenes, references, required, jobs, tell)
+    first, second = _halves(len(scenes), progress)
+    confirmed = confirmations(scenes, references, required, jobs, first)
     with atomic_folder(folder) as staging:
-        entries = _entries(scenes, confirmed, staging, jobs, tell)
+        entries = _entries(scenes, confirmed, staging, jobs, second)
         manifest = _manifest(entries, confirmed, required, old.approvals if old else ())
         if old is not None:
             _require_unchanged(old, manifest, folder)
@@ -148,10 +151,10 @@ def approve_pack(
             raise InputError("an approval says who and why", where=name, got=repr(text))
     _require_room(folder)
     old = read_manifest(folder)
-    tell = _steps(2 * len(scenes), progress)
-    confirmed = confirmations(scenes, references, required, jobs, tell)
+    first, second = _halves(len(scenes), progress)
+    confirmed = confirmations(scenes, references, required, jobs, first)
     with atomic_folder(folder) as staging:
-        fresh = {entry.name: entry for entry in _entries(scenes, confirmed, staging, jobs, tell)}
+        fresh = {entry.name: entry for entry in _entries(scenes, confirmed, staging, jobs, second)}
         kept = [entry for entry in old.scenes if entry.name not in fresh]
         for entry in kept:
             shutil.copytree(folder / entry.folder, staging / entry.folder)
@@ -168,7 +171,7 @@ def confirmations(
     references: Sequence[Reference],
     required: Collection[str],
     jobs: int,
-    tell: Callable[[], None],
+    tell: Callable[[int], None],
 ) -> Confirmed:
     """Compare scenes with references and exact arithmetic.
 
@@ -178,9 +181,9 @@ def confirmations(
         Anything contradicts a frame, or a required reference did not answer.
     """
     results = []
-    for result in verify(scenes, references, jobs, timeout=TIMEOUT):
+    for result in verify(scenes, references, Options(jobs=jobs)):
         results.append(result)
-        tell()
+        tell(len(results))
     names = [reference.name for reference in references]
     verdict = decide(results, names, required)
     refused = [r.scene.name for r in results if scene_state(r) == "failed" or r.judgement is None]
@@ -212,7 +215,7 @@ def _confirmed_by(result: SceneResult) -> dict[str, list[str]]:
 
 def _entries(
     scenes: Sequence[Scene], confirmed: Confirmed, staging: Path, jobs: int,
-    tell: Callable[[], None],
+    tell: Callable[[int], None],
 ) -> list[SceneEntry]:  # fmt: skip
     """Every scene's folder and record, each made in a child process."""
     entries = []
@@ -226,7 +229,7 @@ def _entries(
             if outcome.state != "done":
                 raise ReferenceError("cannot be packed", where=scene.name, got=outcome.reason)
             entries.append(outcome.value)
-            tell()
+            tell(len(entries))
     return entries
 
 
@@ -355,6 +358,13 @@ def _require_unchanged(old: Manifest, new: Manifest, folder: Path) -> None:
         )  # fmt: skip
 
 
-def _steps(total: int, progress: Progress | None) -> Callable[[], None]:
-    done = iter(range(1, total + 1))
-    return lambda: progress(next(done), total) if progress else None
+def _halves(
+    scenes: int, progress: Progress | None
+) -> tuple[Callable[[int], None], Callable[[int], None]]:
+    """What is told of scenes that are confirmed, and of scenes that are written after that."""
+
+    def tell(before: int, done: int) -> None:
+        if progress is not None:
+            progress(before + done, 2 * scenes)
+
+    return partial(tell, 0), partial(tell, scenes)

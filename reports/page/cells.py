@@ -8,19 +8,10 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from minirt.quantities import QUANTITIES, STAGES
-from reference.compare.comparison import Check
-from reference.verify import ReferenceResult, SceneResult
+from reference.compare.check import COMPARED, UNANSWERED, Check
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.findings import scene_state
-from reports.results.words import (
-    COMPARED,
-    UNANSWERED,
-    count,
-    figure,
-    icon,
-    is_consequence,
-    share,
-    worst_in_words,
-)
+from reports.results.words import count, figure, icon, is_consequence, share, worst_in_words
 
 #: Quantities in causal order, so that the first wrong one of a row is the one to look at.
 CAUSAL: tuple[str, ...] = tuple(sorted(QUANTITIES, key=lambda n: STAGES.index(QUANTITIES[n].stage)))

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from reference.compare.comparison import Check
-from reference.verify import SceneResult
+from reference.compare.check import COMPARED, Check
+from reference.verify.results import SceneResult
 from reports.history.before import Before, CellName, Point, Standing
 from reports.history.trends import Change, changes_of
 from reports.page.cells import Cell
 from reports.results.findings import checks_of, scene_state, worst_check
-from reports.results.words import COMPARED, count, listed, one_line, times
+from reports.results.words import count, listed, one_line, times
 
 #: A worst error that grows or shrinks by less than this factor has not changed.
 _SAME = 1.1

@@ -19,8 +19,8 @@ from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene
 from minirt.vectors import Floats
-from reference.compare.comparison import Check
-from reference.verify import Evidence
+from reference.compare.check import Check
+from reference.verify.results import Evidence
 from reports.explain.second_opinion import Row, rows_at
 from reports.explain.space import lines_of
 from reports.page.arrays import Packed, pack, pack_ratio

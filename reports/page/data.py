@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from minirt.quantities import QUANTITIES, STAGES
-from reference.verify import ReferenceResult, SceneResult
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.explain.second_opinion import Row, SecondOpinion
 from reports.explain.space import surroundings
 from reports.page.arrays import Packed

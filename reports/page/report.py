@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from minirt.quantities import QUANTITIES, STAGES
-from reference.compare.comparison import CERTAIN_FLOOR
+from reference.compare.check import CERTAIN_FLOOR
 from reference.compare.stability import KAPPA
-from reference.verify import SceneResult
+from reference.verify.results import SceneResult
 from reports.page.cells import anchor, kind, stage_columns
 from reports.page.changes import before_in_words
 from reports.page.colors import HATCH, RING, SOURCES, css, viridis

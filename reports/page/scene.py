@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from minirt.quantities import QUANTITIES
-from reference.compare.comparison import Check
+from reference.compare.check import UNANSWERED, Check
 from reference.compare.quorum import Quorum
 from reference.exact import Judgement
 from reference.source import AlongRay, Declared, NormalOffset
-from reference.verify import ReferenceResult, SceneResult
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.page.cells import CAUSAL, Row, anchor, facts, kind, matrix_row, scene_headline
 from reports.page.changes import tags_against, trend_of, with_arrow
 from reports.page.data import Pool
@@ -29,7 +29,7 @@ from reports.results.findings import (
 )
 from reports.results.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
 from reports.results.record import Run
-from reports.results.words import UNANSWERED, count, figure, icon, number, plain
+from reports.results.words import count, figure, icon, number, plain
 
 #: Pixels of a picture to each side of the worst one in its enlargement, and CSS pixels to each.
 _AROUND, _ENLARGED = 7, 10

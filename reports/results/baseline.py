@@ -17,8 +17,8 @@ from pydantic import Field, ValidationError
 
 from converters.atomic import atomic_file
 from minirt.errors import InputError
-from reference.compare.comparison import Check, State
-from reference.verify import ReferenceResult, SceneResult
+from reference.compare.check import Check, State
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.json_model import Model, Natural
 
 #: States that a baseline can excuse.

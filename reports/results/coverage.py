@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from minirt.quantities import QUANTITIES
+from reference.compare.check import COMPARED
 from reference.traceability import RuleTrace, passed_in, trace_rules, without_camera
-from reference.verify import SceneResult
+from reference.verify.results import SceneResult
 from reports.results.findings import checks_of, scene_state
-from reports.results.words import COMPARED, count, one_line
+from reports.results.words import count, one_line
 
 RuleState = Literal["failed", "partly checked", "not checked", "passed", "no scene"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from minirt.vectors import Bools
-from reference.compare.comparison import Check
-from reference.verify import Evidence
+from reference.compare.check import Check
+from reference.verify.results import Evidence
 from reports.page.close_up import CloseUp, close_up_of
 from reports.page.pictures import (
     agreement_png,

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from minirt.quantities import STAGES
-from reference.compare.comparison import Check, State
-from reference.verify import ReferenceResult, SceneResult
-from reports.results.words import COMPARED, STATES, UNANSWERED, is_consequence, share, times
+from reference.compare.check import COMPARED, UNANSWERED, Check, State
+from reference.verify.results import ReferenceResult, SceneResult
+from reports.results.words import STATES, is_consequence, share, times
 
 SceneState = Literal["failed", "incomplete", "passed", "not compared"]
 

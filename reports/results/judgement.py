@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pydantic import Field
 
 from reference.exact import Judgement, Opinion
-from reference.verify import SceneResult
+from reference.verify.results import SceneResult
 from reports.results.json_model import Model, Natural, Number
 from reports.results.words import count, number, values
 

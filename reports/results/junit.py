@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
-from reference.compare.comparison import Check
+from reference.compare.check import Check
 from reference.exact import Judgement
-from reference.verify import ReferenceResult, SceneResult
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
 from reports.results.record import Run
 from reports.results.words import one_line, plain, worst_in_words

@@ -16,9 +16,9 @@ from pydantic import Field
 
 from minirt.quantities import Stage
 from minirt.scene import Scene
-from reference.compare.comparison import Check, State, Worst
+from reference.compare.check import Check, State
 from reference.source import AlongRay, Declared, NormalOffset
-from reference.verify import ReferenceResult, SceneResult
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.history.before import Before
 from reports.results.findings import (
     SceneState,
@@ -329,9 +329,15 @@ def _diagnosis(answer: ReferenceResult) -> list[str] | None:
 
 
 def _check(check: Check) -> CheckModel:
-    worst: Worst | None = check.worst
-    fields = {**vars(check), "worst": None if worst is None else WorstModel(**vars(worst))}
+    fields = {**vars(check), "worst": _worst(check)}
+    del fields["ratio"]
     return CheckModel(**fields)
+
+
+def _worst(check: Check) -> WorstModel | None:
+    if check.worst is None or check.ratio is None:
+        return None
+    return WorstModel(**vars(check.worst), ratio=check.ratio)
 
 
 def _declared(declared: Declared) -> DeclaredModel:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from reference.verify import ReferenceResult
+from reference.verify.results import ReferenceResult
 from reports.results.coverage import gap_in_words, gaps, not_checked, not_compared
 from reports.results.findings import (
     answer_in_words,

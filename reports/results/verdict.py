@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from reference.verify import ReferenceResult, SceneResult
+from reference.compare.check import COMPARED, UNANSWERED
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.coverage import why_not
 from reports.results.findings import (
     checks_of,
@@ -17,7 +18,7 @@ from reports.results.findings import (
     worst_check,
 )
 from reports.results.judgement import all_in_words, convicted
-from reports.results.words import COMPARED, UNANSWERED, count, listed, one_line, share, times
+from reports.results.words import count, listed, one_line, share, times
 
 Outcome = Literal["passed", "failed", "incomplete", "empty"]
 

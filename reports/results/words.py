@@ -7,18 +7,12 @@ import re
 from collections.abc import Sequence
 
 from minirt.quantities import QUANTITIES
-from reference.compare.comparison import Check, State
+from reference.compare.check import Check, State
 
 #: Every state a cell can have, worst news first.
 STATES: tuple[State, ...] = (
     "failed", "crashed", "timed out", "missing", "known", "passed", "not supported", "not given",
 )  # fmt: skip
-
-#: States of a reference that gave no answer where it should have.
-UNANSWERED: tuple[State, ...] = ("crashed", "timed out", "missing")
-
-#: States in which something was compared.
-COMPARED: tuple[State, ...] = ("failed", "known", "passed")
 
 ICONS: dict[State, str] = {
     "failed": "✗", "crashed": "!", "timed out": "!", "missing": "!",
@@ -82,7 +76,7 @@ def listed(names: Sequence[str]) -> str:
     return f"{', '.join(most)} and {last}" if most else last
 
 
-def values(quantity: str, components: list[float]) -> str:
+def values(quantity: str, components: Sequence[float]) -> str:
     """A pixel's value with enough digits to see a difference: 2, (0.1, 0.25), none."""
     if QUANTITIES[quantity].discrete:
         return " ".join("none" if math.isnan(v) else f"{v:.0f}" for v in components)
@@ -134,10 +128,10 @@ def _failed_figure(check: Check) -> str:
 def worst_in_words(check: Check) -> str:
     """The worst pixel with both values; empty where no pixel differs."""
     worst = check.worst
-    if worst is None or worst.ratio == 0:
+    if worst is None or check.ratio is None or check.ratio == 0:
         return ""
     ours, theirs = (values(check.quantity, v) for v in (worst.ours, worst.theirs))
     text = f"({worst.column}, {worst.row}): ours {ours}, theirs {theirs}"
-    if math.isfinite(worst.ratio) and not QUANTITIES[check.quantity].discrete:
+    if math.isfinite(check.ratio) and not QUANTITIES[check.quantity].discrete:
         text += f"; error {number(worst.error)}, tolerance {number(worst.tolerance)}"
     return text

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reference.verify import ReferenceResult, SceneResult
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.coverage import gap_in_words, gaps, not_checked, not_compared
 from reports.results.findings import (
     Finding,

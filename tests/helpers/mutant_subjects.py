@@ -15,7 +15,7 @@ from reference.compare.stability import stability_of
 from reference.mutants import Mutant
 from reference.mutants.matrix import Bench, float64_rounding
 from reference.source import Declared
-from reference.verify import Evidence
+from reference.verify.results import Evidence
 
 
 def in_float32(frame: Frame) -> Frame:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,9 +11,13 @@ from tempfile import TemporaryDirectory
 from minirt.quantities import QUANTITIES
 from minirt.render import render
 from minirt.scene import Scene
-from reference.compare.comparison import State, without_answer
+from reference.compare.check import State, without_answer
 from reference.source import Reference, Unsupported
-from reference.verify import Answered, ReferenceResult, SceneResult, judge, render_by
+from reference.verify.options import Callbacks, Options
+from reference.verify.rendering import RenderedFrame, render_to_file
+from reference.verify.results import ReferenceResult, SceneResult
+from reference.verify.run import reference_result
+from reference.verify.scene import compare_scene
 from reports.page.portrait import portrayed
 from reports.results.digest import digest_of
 from reports.results.provenance import provenance
@@ -50,22 +55,19 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
         answered = [
             (reference, each)
             for reference, each in zip(references, ended, strict=True)
-            if isinstance(each, Answered)
+            if isinstance(each, RenderedFrame)
         ]
-        verdict = judge(scene, answered, NAMES, digest_of)
+        compared = compare_scene(scene, answered, Options(callbacks=Callbacks(digest_of)))
     results = []
     for each in ended:
         if isinstance(each, ReferenceResult):
             results.append(each)
             continue
-        checks, digest = verdict.comparisons[each.reference]
-        declared = verdict.declared[each.reference]
-        answer = ReferenceResult(each.reference, each.program, checks, declared, 0.25, "", digest)
-        results.append(answer)
+        results.append(replace(reference_result(each, compared), seconds=0.25))
     return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=portrayed(render(scene)))
 
 
-def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | Answered:
+def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | RenderedFrame:
     if reference.name in ENDINGS:
         state, reason, output = ENDINGS[reference.name]
         return _none(reference, state, reason, output)
@@ -74,7 +76,7 @@ def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult |
         return _none(reference, "missing", missing)
     room.mkdir()
     try:
-        return render_by(reference, scene, room)
+        return render_to_file(reference, scene, room)
     except Unsupported as error:
         return _none(reference, "not supported", str(error))
 

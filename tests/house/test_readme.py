@@ -15,7 +15,7 @@ import pytest
 import minirt
 from minirt.quantities import QUANTITIES
 from minirt.scene_file.schema import key_names
-from reference.compare.comparison import CERTAIN_FLOOR
+from reference.compare.check import CERTAIN_FLOOR
 from reports.cli.main import run
 from tests.helpers.places import ROOT
 

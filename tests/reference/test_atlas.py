@@ -15,7 +15,7 @@ import math
 import os
 import pickle
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -28,7 +28,7 @@ from minirt import load_scene
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from minirt.scene_file.atlas import atlas_names
-from reference.compare.comparison import Check, without_answer
+from reference.compare.check import Check, without_answer
 from reference.exact import Judgement
 from reference.exact.choice import SAMPLE
 from reference.exact.condition import BOUND
@@ -36,7 +36,9 @@ from reference.jobs.isolate import Workers
 from reference.registry import REFERENCES, USUAL, choose_references
 from reference.source import Reference, Unsupported
 from reference.traceability import trace_rules
-from reference.verify import TIMEOUT, judge, render_by
+from reference.verify.options import TIMEOUT
+from reference.verify.rendering import render_to_file
+from reference.verify.scene import compare_scene
 
 
 class Verdict(NamedTuple):
@@ -160,7 +162,7 @@ def judged(
     for reference in references:
         room = folder / reference.name
         room.mkdir()
-        outcome = workers.submit(TIMEOUT, render_by, reference, scene, room).outcome()
+        outcome = workers.submit(TIMEOUT, render_to_file, reference, scene, room).outcome()
         if outcome.state == "done":
             answers.append((reference, outcome.value))
         elif isinstance(outcome.value, Unsupported):
@@ -168,8 +170,8 @@ def judged(
         else:
             reason = f"{outcome.reason}\n{outcome.output}"
             checks[reference.name] = without_answer(NAMES, "crashed", reason)
-    verdict = judge(scene, answers, NAMES, None)
-    checks |= {name: found for name, (found, _) in verdict.comparisons.items()}
+    verdict = compare_scene(scene, answers)
+    checks |= {name: found.checks for name, found in verdict.references.items()}
     by_quantity = {
         name: {check.quantity: check for check in found} for name, found in checks.items()
     }
@@ -231,7 +233,7 @@ def is_documented(check: Check) -> bool:
     )
 
 
-def angle(first: list[float], second: list[float]) -> float:
+def angle(first: Sequence[float], second: Sequence[float]) -> float:
     """Between two vectors, in radians; 0 where neither is one. Well conditioned at 0."""
     a, b = (np.array(v) / math.hypot(*v) for v in (first, second))
     if np.isnan(a).all() and np.isnan(b).all():

@@ -15,7 +15,8 @@ from reference.compare.comparison import compare
 from reference.compare.stability import exact_answer, stability_of
 from reference.registry import REFERENCES
 from reference.source import Rendering, Reproducible
-from reports.run import run_verify
+from reference.verify.options import Options
+from reports.run import RunOptions, run_verify
 from tests.helpers.fake_references import Honest, small_scene
 
 NAMES = {"hit", "depth", "shadow"}
@@ -200,8 +201,9 @@ def test_every_usual_reference_says_what_it_depends_on() -> None:
 def test_a_run_says_which_frames_were_kept(tmp_path: Path) -> None:
     kept, scenes = Cache(tmp_path / "cache"), [small_scene()]
     (tmp_path / "asked").touch()
-    first = run_verify(scenes, [Repeatable(), Honest("other")], tmp_path / "a", 1, cache=kept)
-    again = run_verify(scenes, [Repeatable(), Honest("other")], tmp_path / "b", 1, cache=kept)
+    options = RunOptions(Options(jobs=1, cache=kept))
+    first = run_verify(scenes, [Repeatable(), Honest("other")], tmp_path / "a", options)
+    again = run_verify(scenes, [Repeatable(), Honest("other")], tmp_path / "b", options)
     assert first.exit_status == again.exit_status == 0
     assert first.remarks == ()
     assert len(again.remarks) == 1

@@ -8,7 +8,8 @@ from collections import Counter
 import pytest
 
 from reference.registry import REFERENCES
-from reference.verify import verify
+from reference.verify.options import Options
+from reference.verify.run import verify
 from tests.helpers.random_scenes import random_scene
 
 REQUIRED = {name for name in os.environ.get("MINIRT_REQUIRE", "").split(",") if name}
@@ -29,7 +30,7 @@ def test_references_agree_on_random_scenes(first: int) -> None:
     scenes = [random_scene(seed) for seed in range(first, first + RUN)]
     alarms = []
     compared = Counter[tuple[str, int]]()
-    for k, result in enumerate(verify(scenes, USED, jobs=1)):
+    for k, result in enumerate(verify(scenes, USED, Options(jobs=1))):
         for answer in result.references:
             for check in answer.checks:
                 compared[answer.reference, k // FEW] += check.state == "passed"

@@ -8,9 +8,11 @@ import pytest
 
 from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
-from reference.compare.comparison import Check
+from reference.compare.check import Check
 from reference.jobs.isolate import Workers
-from reference.verify import Evidence, ReferenceResult, SceneResult, verify
+from reference.verify.options import Callbacks, Options
+from reference.verify.results import Evidence, ReferenceResult, SceneResult
+from reference.verify.run import verify
 from tests.helpers.fake_references import (
     Aborting,
     CannotSay,
@@ -39,7 +41,7 @@ def results() -> tuple[SceneResult, ...]:
         WrongSize(), CannotSay(), Missing(), Raising(),
     )  # fmt: skip
     scenes = [small_scene("first"), small_scene("second")]
-    return tuple(verify(scenes, references, 2, sizes, timeout=6.0))
+    return tuple(verify(scenes, references, Options(timeout=6.0, callbacks=Callbacks(sizes))))
 
 
 def answer(scene: int, name: str) -> ReferenceResult:
@@ -133,13 +135,13 @@ def test_digest_is_made_of_who_answered() -> None:
 
 
 def test_only_the_chosen_quantities_are_compared() -> None:
-    (result,) = verify([small_scene()], [Honest()], 1, quantities=["hit", "normal"])
+    (result,) = verify([small_scene()], [Honest()], Options(("hit", "normal"), jobs=1))
     assert [c.quantity for c in result.references[0].checks] == ["hit", "normal"]
     assert {c.state for c in result.references[0].checks} == {"passed"}
 
 
 def test_nothing_to_compare_is_no_failure_of_minirt() -> None:
-    (result,) = verify([small_scene()], [Partial(), Honest()], 1, quantities=["color", "normal"])
+    (result,) = verify([small_scene()], [Partial(), Honest()], Options(("color", "normal"), jobs=1))
     partial, honest = result.references
     assert [c.state for c in partial.checks] == ["not supported", "not given"]
     assert {c.state for c in honest.checks} == {"passed"}
@@ -153,7 +155,7 @@ def fails_on_first(evidence: Evidence) -> str:
 
 def test_when_minirt_itself_fails_the_other_scenes_are_still_compared() -> None:
     scenes = [small_scene("first"), small_scene("second")]
-    first, second = verify(scenes, [Honest()], 1, fails_on_first)
+    first, second = verify(scenes, [Honest()], Options(jobs=1, callbacks=Callbacks(fails_on_first)))
     (lost,), (kept,) = first.references, second.references
     assert {c.state for c in lost.checks} == {"crashed"}
     assert lost.checks[0].reason == "minirt itself failed: RuntimeError: no more ink"
@@ -172,8 +174,8 @@ def test_no_more_processes_are_started_than_there_is_work_for(
             counts.append(count)
             super().__init__(count)
 
-    monkeypatch.setattr("reference.verify.Workers", Counted)
-    assert len(list(verify([small_scene("one")], [], jobs=64))) == 1
+    monkeypatch.setattr("reference.verify.run.Workers", Counted)
+    assert len(list(verify([small_scene("one")], [], Options(jobs=64)))) == 1
     assert counts == [1, 1]
 
 
@@ -182,4 +184,4 @@ def test_what_does_not_fit_in_memory_is_refused_before_anybody_begins(
 ) -> None:
     monkeypatch.setattr("minirt.memory.available", lambda: 1000)
     with pytest.raises(InputError, match="pixels of every quantity: not enough memory"):
-        list(verify([small_scene()], [Honest()], 1))
+        list(verify([small_scene()], [Honest()], Options(jobs=1)))

@@ -8,22 +8,27 @@ from pathlib import Path
 import pytest
 
 from minirt.errors import InputError
-from reference.verify import SceneResult
-from reports.run import REPORTS, run_verify
+from reference.verify.options import Options
+from reports.run import REPORTS, RunOptions, run_verify
 from tests.helpers.fake_references import Aborting, Honest, Missing, OnePixel, small_scene
+
+
+def options(*required: str) -> RunOptions:
+    """One process of each kind, and some references that must answer."""
+    return RunOptions(Options(jobs=1), required)
 
 
 def test_a_good_run_leaves_every_report_and_tells_its_progress(tmp_path: Path) -> None:
     told = []
 
-    def progress(result: SceneResult, total: int) -> None:
-        told.append((result.scene.name, total))
+    def progress(done: int, total: int) -> None:
+        told.append((done, total))
 
     scenes = [small_scene("one"), small_scene("two")]
     both = [Honest(), Honest("other")]
-    run = run_verify(scenes, both, tmp_path / "new" / "folder", 1, ["honest"], progress)
+    run = run_verify(scenes, both, tmp_path / "new" / "folder", options("honest"), progress)
     assert run.exit_status == 0, run.verdict
-    assert told == [("one", 2), ("two", 2)]
+    assert told == [(1, 2), (2, 2)]
     assert {path.name for path in run.folder.iterdir()} == set(REPORTS)
     document = json.loads((run.folder / "results.json").read_text(encoding="utf-8"))
     assert document["verdict"]["outcome"] == "passed"
@@ -41,7 +46,7 @@ def test_a_good_run_leaves_every_report_and_tells_its_progress(tmp_path: Path) -
 
 def test_one_wrong_pixel_fails_the_run_even_where_a_reference_crashes(tmp_path: Path) -> None:
     references = [OnePixel(), Aborting(), Missing()]
-    run = run_verify([small_scene()], references, tmp_path, 1, ["missing"])
+    run = run_verify([small_scene()], references, tmp_path, options("missing"))
     assert run.exit_status == 1
     assert "aborting crashed on 1 of 1 scene" in run.verdict.troubles
     document = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))

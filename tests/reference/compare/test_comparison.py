@@ -15,7 +15,8 @@ from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from minirt.screen import pixel_center
 from minirt.vectors import dot
-from reference.compare.comparison import Check, Comparison, compare
+from reference.compare.check import Check
+from reference.compare.comparison import Comparison, compare
 from reference.compare.similarity import SSIM_FLOOR, ssim_floor
 from reference.compare.stability import Stability, measure
 from reference.source import Declared, NormalOffset

@@ -16,7 +16,9 @@ from minirt.trace import Hits
 from reference.compare.surfaces import Surfaces
 from reference.jobs.isolate import Workers
 from reference.renderers.mitsuba.source import MitsubaReference
-from reference.verify import judge, render_by
+from reference.verify.options import Options
+from reference.verify.rendering import render_to_file
+from reference.verify.scene import compare_scene
 
 LENGTHS = ("t", "depth", "distance", "position")
 
@@ -58,10 +60,10 @@ def test_mitsubas_rounding_on_slender_triangles_is_no_alarm(
     """Its t there is up to 50 times the δ that is right for other shapes."""
     scene = slivers(seed)
     mitsuba = MitsubaReference()
-    outcome = workers.submit(120, render_by, mitsuba, scene, tmp_path).outcome()
+    outcome = workers.submit(120, render_to_file, mitsuba, scene, tmp_path).outcome()
     assert outcome.state == "done", outcome.output
-    verdict = judge(scene, [(mitsuba, outcome.value)], LENGTHS, None)
-    ((checks, _),) = verdict.comparisons.values()
+    verdict = compare_scene(scene, [(mitsuba, outcome.value)], Options(LENGTHS))
+    checks = verdict.references[mitsuba.name].checks
     assert [(check.quantity, check.wrong, check.worst) for check in checks if check.wrong] == []
     assert min(check.compared for check in checks) > 50
 

@@ -83,7 +83,7 @@ def forty_objects() -> Scene:
 
 def test_scene_of_a_seed_is_the_same_in_every_process() -> None:
     code = (
-        "import json, sys, reports.cli.main, reference.verify\n"
+        "import json, sys, reports.cli.main, reference.verify.run\n"
         "from reference.fuzz.scenes import scene_document\n"
         "print(json.dumps([scene_document(3, k) for k in (110, 2)]))"
     )

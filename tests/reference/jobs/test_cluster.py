@@ -119,7 +119,7 @@ def test_the_same_bits_though_a_worker_is_killed_midway(dask: Dask, tmp_path: Pa
     def compared(folder: str, cluster: Cluster | None, seconds: float) -> tuple[Any, Any]:
         shared = meshes if cluster else tmp_path
         references = [Missing(), Marking("marking", marks, shared, seconds)]
-        run = run_verify(scenes, references, tmp_path / folder, 2, cluster=cluster)
+        run = run_verify(scenes, references, tmp_path / folder, cluster=cluster)
         text = (tmp_path / folder / "results.json").read_text(encoding="utf-8")
         shown = [
             (result.portrait, result.quorum, [answer.digest for answer in result.references])

@@ -18,7 +18,7 @@ from minirt.quantities import QUANTITIES
 from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Scene
-from reference.compare.comparison import Check
+from reference.compare.check import Check
 from reference.registry import choose_references
 from reference.renderers.embree import source as embree
 from reference.renderers.embree.rays import Embree, Engine
@@ -26,7 +26,8 @@ from reference.renderers.embree.secondary import mirrored, refracted
 from reference.renderers.embree.source import EmbreeReference
 from reference.renderers.embree.sphere_rays import Balls
 from reference.renderers.embree.trimesh_rays import TrimeshEngine
-from reference.verify import judge, render_by
+from reference.verify.rendering import render_to_file
+from reference.verify.scene import compare_scene
 
 SCREEN: dict[str, Any] = {
     "P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,
@@ -94,9 +95,9 @@ def scenes() -> dict[str, Scene]:
 
 def checks(of: Scene, folder: Path) -> dict[str, Check]:
     folder.mkdir(exist_ok=True)
-    answer = render_by(EmbreeReference(), of, folder)
-    verdict = judge(of, [(EmbreeReference(), answer)], tuple(QUANTITIES), None)
-    return {check.quantity: check for check in verdict.comparisons["embree"][0]}
+    answer = render_to_file(EmbreeReference(), of, folder)
+    verdict = compare_scene(of, [(EmbreeReference(), answer)])
+    return {check.quantity: check for check in verdict.references["embree"].checks}
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.compare.comparison import Check
+from reference.compare.check import Check
 from reference.jobs.isolate import Outcome, Workers
 from reference.renderers.mitsuba import llvm
 from reference.renderers.mitsuba.cli import MitsubaCommand
 from reference.renderers.mitsuba.source import MitsubaReference, color_faults
 from reference.source import Reference, Rendering, Unsupported
-from reference.verify import judge, render_by
+from reference.verify.rendering import render_to_file
+from reference.verify.scene import compare_scene
 
 LLVM, SCALAR, COMMAND = MitsubaReference(), MitsubaReference("mitsuba-scalar"), MitsubaCommand()
 ROUTES = [LLVM, SCALAR, COMMAND]
@@ -125,11 +125,11 @@ def checks_of(
     route: Reference, whole: Scene, expected: Scene, workers: Workers, folder: Path
 ) -> dict[str, Check]:
     """Another scene's answers judged by what minirt expects of this one."""
-    outcome = workers.submit(120, render_by, route, whole, folder).outcome()
+    outcome = workers.submit(120, render_to_file, route, whole, folder).outcome()
     assert outcome.state == "done", f"{outcome.reason}\n{outcome.output}"
-    verdict = judge(expected, [(route, outcome.value)], tuple(QUANTITIES), None)
-    (checks, _), *_ = verdict.comparisons.values()
-    return {check.quantity: check for check in checks}
+    verdict = compare_scene(expected, [(route, outcome.value)])
+    (found,) = verdict.references.values()
+    return {check.quantity: check for check in found.checks}
 
 
 @pytest.mark.parametrize("route", ROUTES, ids=lambda route: route.name)

@@ -22,7 +22,8 @@ from converters.povray.shapes import povray_placement
 from minirt.errors import ReferenceError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Facets, Scene
-from reference.compare.comparison import Check, compare
+from reference.compare.check import Check
+from reference.compare.comparison import compare
 from reference.compare.stability import measure
 from reference.renderers.povray import run as povray_run
 from reference.renderers.povray import source as povray

@@ -21,13 +21,14 @@ from minirt.errors import MinirtError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from minirt.vectors import Bools, Floats, Ints
-from reference.compare.comparison import Check
+from reference.compare.check import Check
 from reference.jobs.isolate import Outcome, Workers
 from reference.renderers.pyrender.draw import build, draw, object_color, object_numbers, start
 from reference.renderers.pyrender.errors import declared
 from reference.renderers.pyrender.source import PyrenderReference
 from reference.source import Rendering, Unsupported
-from reference.verify import judge, render_by
+from reference.verify.rendering import render_to_file
+from reference.verify.scene import compare_scene
 
 PYRENDER = PyrenderReference()
 GIVEN = {"hit", "object", "depth"}
@@ -122,11 +123,11 @@ def rendering_of(whole: Scene, workers: Workers) -> Rendering:
 
 def checks_of(whole: Scene, expected: Scene, workers: Workers, folder: Path) -> dict[str, Check]:
     """Another scene's answers judged by what minirt expects of this one."""
-    outcome = workers.submit(120, render_by, PYRENDER, whole, folder).outcome()
+    outcome = workers.submit(120, render_to_file, PYRENDER, whole, folder).outcome()
     assert outcome.state == "done", f"{outcome.reason}\n{outcome.output}"
-    verdict = judge(expected, [(PYRENDER, outcome.value)], tuple(QUANTITIES), None)
-    (checks, _), *_ = verdict.comparisons.values()
-    return {check.quantity: check for check in checks}
+    verdict = compare_scene(expected, [(PYRENDER, outcome.value)])
+    (found,) = verdict.references.values()
+    return {check.quantity: check for check in found.checks}
 
 
 def test_it_is_here_and_travels() -> None:

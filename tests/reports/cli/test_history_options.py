@@ -20,7 +20,7 @@ from reports.history.before import Before
 from reports.history.store import History
 from reports.results.provenance import provenance, without_passwords
 from reports.results.record import Run
-from reports.run import write_reports
+from reports.run import RunOptions, write_reports
 from tests.helpers.fake_references import Honest, small_scene
 from tests.helpers.report_runs import run_of
 
@@ -33,13 +33,17 @@ def rendered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Before | N
     told: list[Before | None] = []
 
     def stand_in(
-        scenes: Sequence[Scene], references: Sequence[Reference], out: Path, *_: Any, **more: Any
+        scenes: Sequence[Scene],
+        references: Sequence[Reference],
+        out: Path,
+        options: RunOptions,
+        *_: Any,
     ) -> Run:
-        told.append(more["before"])
+        told.append(options.before)
         Path(out).mkdir(exist_ok=True)
         made = run_of(scenes, [Honest(reference.name) for reference in references])
         made = replace(
-            made, folder=Path(out), before=more["before"], judged=more.get("judged", ""),
+            made, folder=Path(out), before=options.before, judged=options.judged,
             provenance=provenance(), seconds=float(len(told)),
         )  # fmt: skip
         write_reports(made)

@@ -19,7 +19,7 @@ from reference.mutants import CATALOGUE, HONEST
 from reference.mutants.mutant import Mutant
 from reference.mutants.thin_gap import THIN_GAP
 from reference.traceability import TRACED
-from reference.verify import Evidence
+from reference.verify.results import Evidence
 from reports.grade.parts import Tally, charged, quantities_judged, tally
 from reports.grade.rubric import Part
 from tests.helpers.grade_class import small as of_the_atlas

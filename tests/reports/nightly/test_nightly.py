@@ -57,13 +57,17 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     done: list[str] = []
 
     def verify(
-        scenes: Sequence[Scene], references: Sequence[Reference], folder: Path, *_: Any, **more: Any
+        scenes: Sequence[Scene],
+        references: Sequence[Reference],
+        folder: Path,
+        options: runs.RunOptions,
+        *_: Any,
     ) -> None:
         done.append("verify")
         made = compared(tuple(scene.canonical_json for scene in scenes), tuple(references))
         stamp = replace(made.provenance, commit=origin.provenance().commit)
         runs.write_reports(
-            replace(made, folder=folder, before=more["before"], provenance=stamp, seconds=len(done))
+            replace(made, folder=folder, before=options.before, provenance=stamp, seconds=len(done))
         )
 
     def hunt(seed: int, _: object, __: int, seconds: float, **more: object) -> Hunt:

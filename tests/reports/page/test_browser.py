@@ -17,7 +17,7 @@ from minirt.frame import Array
 from minirt.quantities import QUANTITIES
 from reference.compare.comparison import compare
 from reference.compare.stability import exact_answer, stability_of
-from reference.verify import render_by
+from reference.verify.rendering import render_to_file
 from reports.page.colors import BANDS, MASKS, NOTHING, RING, band_of, viridis
 from reports.page.pictures import picture_span
 from reports.page.report import report_html
@@ -73,7 +73,7 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Arra
     scene = small_scene()
     write_frame(exact_answer(scene).frame, folder / "ours.npz")
     (folder / "faulty").mkdir()
-    render_by(Faulty(), scene, folder / "faulty")
+    render_to_file(Faulty(), scene, folder / "faulty")
     found = {"ours": folder / "ours.npz", "theirs": folder / "faulty" / "frame.npz"}
     return {
         who: {name: values for name, values in np.load(path).items() if name in QUANTITIES}

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from reference.compare.comparison import Check, Worst
+from reference.compare.check import Check
 from reports.history.before import Before, Point, Standing
 from reports.page.changes import News, arrow, before_in_words, scene_news, trend_of
 from reports.page.report import report_html
@@ -41,8 +41,7 @@ def before(**changes: object) -> Before:
 def test_an_arrow_says_worse_or_better(
     state: str, ratio: float, was: Standing | None, expected: str
 ) -> None:
-    worst = Worst(0, 0, [0.0], [0.0], ratio, 1.0, ratio)
-    assert arrow(Check("t", "t", state, worst=worst), was) == expected  # type: ignore[arg-type]
+    assert arrow(Check("t", "t", state, ratio=ratio), was) == expected  # type: ignore[arg-type]
 
 
 def test_scenes_that_came_went_and_changed_are_named() -> None:

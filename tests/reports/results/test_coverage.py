@@ -8,8 +8,8 @@ import pytest
 
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.compare.comparison import Check, State
-from reference.verify import ReferenceResult, SceneResult
+from reference.compare.check import Check, State
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.coverage import gap_in_words, gaps, not_checked, not_compared, rule_coverage
 from tests.helpers.fake_references import small_scene
 

@@ -14,7 +14,9 @@ from rich.console import Console
 import minirt
 from minirt.frame import Frame
 from reference.exact import JUDGED, judge_pixels
-from reference.verify import SceneResult, judge
+from reference.verify.options import Options
+from reference.verify.results import SceneResult
+from reference.verify.scene import compare_scene
 from reports.page.report import report_html
 from reports.results.findings import scene_state
 from reports.results.judgement import judgement_in_words
@@ -102,7 +104,7 @@ def test_the_words_count_what_is_open() -> None:
 
 def test_verify_judges_without_a_reference() -> None:
     """And only the quantities that were asked for."""
-    verdict = judge(small_scene(), (), ("hit", "t", "color"), None)
+    verdict = compare_scene(small_scene(), (), Options(("hit", "t", "color")))
     assert [count.quantity for count in verdict.judgement.counts] == ["hit", "t"]
     assert verdict.judgement.pixels > 0
     assert verdict.judgement.convictions == ()

@@ -8,9 +8,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from reference.compare.comparison import Check, Worst
+from reference.compare.check import Check, WorstPixel
 from reference.source import AlongRay, Declared, NormalOffset
-from reference.verify import ReferenceResult, SceneResult
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.record import Run, results_document, results_json, results_schema
 from reports.results.words import STATES
 from tests.helpers.fake_references import HOSTILE, small_scene
@@ -92,9 +92,19 @@ def test_worst_pixel_travels_with_both_values() -> None:
 
 
 def test_numbers_that_json_does_not_have_are_strings() -> None:
-    worst = Worst(0, 0, [math.nan, -math.inf], [math.inf, 1.0], math.inf, 0.0, math.inf)
+    worst = WorstPixel(0, 0, (math.nan, -math.inf), (math.inf, 1.0), math.inf, 0.0)
     check = Check(
-        "barycentric", "t", "failed", "wrong", 1, 1, 1, wrong=1, worst=worst, ssim=math.nan
+        "barycentric",
+        "t",
+        "failed",
+        "wrong",
+        1,
+        1,
+        1,
+        wrong=1,
+        ratio=math.inf,
+        worst=worst,
+        ssim=math.nan,
     )
     start: tuple[NormalOffset | AlongRay | None, ...] = (NormalOffset(0.1), AlongRay(0.2), None)
     answers = tuple(

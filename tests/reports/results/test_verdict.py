@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import pytest
 
-from reference.compare.comparison import Check, State
-from reference.verify import ReferenceResult, SceneResult
+from reference.compare.check import Check, State
+from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.findings import counts, first_wrong_stage, scene_counts, silent
 from reports.results.verdict import Verdict, decide
 from tests.helpers.fake_references import small_scene

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from reference.compare.comparison import Check, Worst
+from reference.compare.check import Check, WorstPixel
 from reports.results.words import (
     figure,
     icon,
@@ -72,29 +72,25 @@ def test_values_show_enough_digits_to_differ() -> None:
 
 
 def check(**fields: object) -> Check:
-    worst = Worst(3, 4, [1.0], [1.5], 0.5, 0.25, 2.0)
+    worst = WorstPixel(3, 4, (1.0,), (1.5,), 0.5, 0.25)
     known = {"quantity": "t", "stage": "t", "state": "passed", "pixels": 10, "certain": 10,
-             "compared": 8, "worst": worst}  # fmt: skip
+             "compared": 8, "ratio": 2.0, "worst": worst}  # fmt: skip
     return Check(**{**known, **fields})  # type: ignore[arg-type]
-
-
-def worst(ratio: float) -> Worst:
-    return Worst(3, 4, [1.0], [2.0], 1.0, 0.5, ratio)
 
 
 @pytest.mark.parametrize(
     ("cell", "words"),
     [
-        (check(worst=worst(0.4)), "✓ 0.40×"),
-        (check(quantity="hit", worst=worst(0.0)), "✓ equal"),
+        (check(ratio=0.4), "✓ 0.40×"),
+        (check(quantity="hit", ratio=0.0), "✓ equal"),
         (check(compared=0, worst=None), "✓ none"),
-        (check(state="failed", wrong=7, first_wrong=7, worst=worst(14.0)), "✗ 7 px, 14×"),
-        (check(state="failed", wrong=7, first_wrong=0, worst=worst(14.0)), "↳ 7 px, 14×"),
-        (check(state="failed", wrong=7, first_wrong=1, worst=worst(math.inf)), "✗ 7 px"),
+        (check(state="failed", wrong=7, first_wrong=7, ratio=14.0), "✗ 7 px, 14×"),
+        (check(state="failed", wrong=7, first_wrong=0, ratio=14.0), "↳ 7 px, 14×"),
+        (check(state="failed", wrong=7, first_wrong=1, ratio=math.inf), "✗ 7 px"),
         (check(state="failed", certain=5), "✗ 50.00 % certain"),
         (check(state="failed", ssim=0.9, ssim_floor=0.95), "✗ SSIM 0.900"),
         (check(state="failed", pixels=0, certain=0, compared=0, worst=None), "✗ unusable"),
-        (check(state="known", wrong=7, worst=worst(14.0)), "≈ known: 7 px, 14×"),
+        (check(state="known", wrong=7, ratio=14.0), "≈ known: 7 px, 14×"),
         (check(state="not supported"), "– not supported"),
         (check(state="not given"), "– not given"),
         (check(state="crashed"), "! crashed"),
@@ -113,5 +109,5 @@ def test_names_are_listed_as_in_a_sentence() -> None:
 def test_worst_pixel_names_both_values_and_the_tolerance() -> None:
     words = worst_in_words(check())
     assert words == "(3, 4): ours 1, theirs 1.5; error 0.5, tolerance 0.25"
-    assert worst_in_words(check(worst=worst(0.0))) == ""
+    assert worst_in_words(check(ratio=0.0)) == ""
     assert worst_in_words(check(worst=None)) == ""

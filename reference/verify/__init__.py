@@ -1,0 +1,1 @@
+"""Compare minirt with references, scene by scene: options, records of the results, and the run."""
