@@ -13,6 +13,7 @@ from concurrent.futures import TimeoutError as JobTimeout
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
+from itertools import count
 from multiprocessing import forkserver
 from multiprocessing.context import BaseContext
 from pathlib import Path
@@ -32,6 +33,10 @@ _LONGEST = 108 - 36
 _OURS = frozenset(("minirt", "converters", "reference", "reports"))
 #: Bytes of a job's last output that are kept for the report.
 _TAIL = 4000
+
+
+#: Called with the number of jobs that are done, and of all.
+Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -61,17 +66,17 @@ class Workers:
 
     Parameters
     ----------
-    count : int
-        Number of processes.
+    processes : int
+        Their number.
     """
 
-    def __init__(self, count: int) -> None:
-        self._count = count
-        self._numbers = iter(range(sys.maxsize))
+    def __init__(self, processes: int) -> None:
+        self._processes = processes
+        self._numbers = count()
 
     def __enter__(self) -> Workers:
         self._logs = TemporaryDirectory(prefix="minirt-")
-        self._pool = ProcessPool(max_workers=self._count, context=_context())
+        self._pool = ProcessPool(max_workers=self._processes, context=_context())
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -17,4 +17,4 @@ CATALOGUE: dict[str, Mutant] = {
 }
 
 #: No mistake at all: what must raise no alarm.
-HONEST = Mutant("none", "S4", "to the letter", "The lecture's rules as they are.", "hit", SLIDES)
+ORIGINAL = Mutant("none", "S4", "to the letter", "The lecture's rules as they are.", "hit", SLIDES)

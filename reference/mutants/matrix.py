@@ -14,7 +14,7 @@ from minirt.quantities import STAGES, Stage
 from minirt.scene import Facets, Scene
 from reference.compare.comparison import Comparison, compare
 from reference.compare.stability import Exact, Stability, exact_answer, stability_of
-from reference.mutants import CATALOGUE, HONEST
+from reference.mutants import CATALOGUE, ORIGINAL
 from reference.mutants.mutant import Mutant
 from reference.mutants.thin_gap import THIN_GAP
 from reference.source import Declared
@@ -134,7 +134,7 @@ def run_mutant(mutant: Mutant) -> Kill:
     failed = []
     chosen = [bench for bench in benches() if judges(bench, mutant)]
     for bench in chosen:
-        comparison = bench.judge(mutant.render(bench.scene), pictures=mutant is HONEST)
+        comparison = bench.judge(mutant.render(bench.scene), pictures=mutant is ORIGINAL)
         if not comparison.passed:
             failed.append(bench.scene.name)
         stages, counts = np.unique(comparison.first_stage, return_counts=True)
@@ -148,10 +148,10 @@ def run_mutant(mutant: Mutant) -> Kill:
 
 def kill(name: str) -> Kill:
     """The row of the mutant of that name; of no mistake at all for 'none'. For child processes."""
-    return run_mutant(HONEST if name == HONEST.name else CATALOGUE[name])
+    return run_mutant(ORIGINAL if name == ORIGINAL.name else CATALOGUE[name])
 
 
-def kill_matrix(names: Iterable[str] = (HONEST.name, *CATALOGUE)) -> Iterator[Kill]:
+def kill_matrix(names: Iterable[str] = (ORIGINAL.name, *CATALOGUE)) -> Iterator[Kill]:
     """The rows of some mutants, and of no mistake at all."""
     for name in names:
         yield kill(name)

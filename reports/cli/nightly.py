@@ -71,7 +71,7 @@ def nightly(
     Each night has a folder, DIR/index.html shows them all. A night that was killed goes on with
     what is missing when the same command runs again within a day.
     """
-    from reports.cli.mutants import chosen_mutants
+    from reference.mutants.run import chosen_mutants
     from reports.history.store import History as Store
     from reports.inputs import chosen_scenes, cluster_at, references_of
     from reports.nightly.night import begun

@@ -16,16 +16,10 @@ from minirt.scene import Scene
 from reference.fuzz.bench import Bench
 from reference.fuzz.hunt import HUNT_FLOOR, Failure, Hunt, hunt
 from reference.jobs.cluster import Cluster
+from reference.mutants.run import chosen_mutants, run_mutants
 from reference.source import Reference
 from reference.verify.options import Options
 from reports.cli.fuzz import hunt_document
-from reports.cli.mutants import (
-    chosen_mutants,
-    mutants_document,
-    mutants_sentence,
-    mutants_status,
-    run_mutants,
-)
 from reports.fuzz.case import write_case
 from reports.history.difference import difference
 from reports.history.entry import Entry, read_entry
@@ -35,6 +29,7 @@ from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.nightly.night import Night, StepModel, write
 from reports.results.kills import read_kills
+from reports.results.mutation_run import mutants_document, mutants_sentence, mutants_status
 from reports.results.words import count, one_line, share
 from reports.run import REPORTS, RunOptions, run_verify
 
@@ -139,18 +134,17 @@ def fuzz_step(night: Night, job: Job, tell: Progress) -> StepModel:
     )
 
 
-def mutants_step(night: Night, job: Job) -> StepModel:
+def mutants_step(night: Night, job: Job, tell: Progress) -> StepModel:
     """Whether the checks would notice."""
     from reference.mutants.floor import sensitivity_floor
 
     start = time.perf_counter()
-    rows, crashed = run_mutants(chosen_mutants(list(job.mutants)), job.jobs, job.cluster)
-    honest, *wrong = rows
-    document = mutants_document(honest, wrong, sensitivity_floor(), crashed)
-    write(night.folder / "mutants.json", _json(document))
+    names = chosen_mutants(job.mutants)
+    found = run_mutants(names, job.jobs, job.cluster, partial(tell, "mutants"))
+    write(night.folder / "mutants.json", _json(mutants_document(found, sensitivity_floor())))
     return StepModel(
-        exit_status=mutants_status(honest, wrong, crashed),
-        sentence=mutants_sentence(honest, wrong, crashed),
+        exit_status=mutants_status(found),
+        sentence=mutants_sentence(found),
         seconds=time.perf_counter() - start,
     )
 
@@ -161,7 +155,7 @@ def take(night: Night, job: Job, history: History, tell: Progress) -> None:
     The history is asked each time: it adds no run twice, and may be another than before a kill.
     """
     steps: dict[str, Callable[[], StepModel]] = {
-        "mutants": lambda: mutants_step(night, job),
+        "mutants": lambda: mutants_step(night, job, tell),
         "verify": lambda: verify_step(night, job, history, tell),
         "history": lambda: history_step(night, history),
         "fuzz": lambda: fuzz_step(night, job, tell),

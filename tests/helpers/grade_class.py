@@ -25,7 +25,7 @@ from minirt import load_scene
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
-from reference.mutants import CATALOGUE, HONEST
+from reference.mutants import CATALOGUE, ORIGINAL
 from tests.helpers.places import TESTS
 
 SUBJECTS = TESTS / "subjects"
@@ -118,7 +118,7 @@ def honest(name: str) -> Frame:
 @cache
 def mutant(mistake: str, name: str) -> Frame:
     """A scene as a mutant renders it."""
-    return CATALOGUE.get(mistake, HONEST).render(small(name))
+    return CATALOGUE.get(mistake, ORIGINAL).render(small(name))
 
 
 Render = Callable[[str], Frame]

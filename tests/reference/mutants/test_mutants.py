@@ -13,7 +13,7 @@ from minirt.quantities import STAGES
 from minirt.rules import SLIDES, Rules
 from minirt.screen import VirtualScreen
 from minirt.vectors import Floats
-from reference.mutants import CATALOGUE, HONEST, Mutant
+from reference.mutants import CATALOGUE, ORIGINAL, Mutant
 from reference.mutants.floor import Floor, sensitivity_floor
 from reference.mutants.matrix import Kill, benches, kill_matrix, run_mutant
 
@@ -47,25 +47,25 @@ def test_a_mutant_says_what_it_is_and_makes_one_mistake(mutant: Mutant) -> None:
     assert mutant.mistake.startswith(("with ", "without "))
     assert mutant.sentence.endswith(".")
     assert mutant.stage in STAGES
-    changed_scene = mutant.scene is not HONEST.scene
+    changed_scene = mutant.scene is not ORIGINAL.scene
     assert bool(mutant.rules.changed()) + changed_scene + (mutant.change is not None) == 1
 
 
 def test_every_mutant_is_killed(kills: dict[str, Kill]) -> None:
-    wrong = [row for row in kills.values() if row.mutant != HONEST.name]
+    wrong = [row for row in kills.values() if row.mutant != ORIGINAL.name]
     assert len(wrong) == len(CATALOGUE)
     assert [row.mutant for row in wrong if not row.killed] == []
     assert all(sum(row.charged.values()) for row in wrong)
 
 
 def test_mutants_are_charged_to_the_stage_that_they_break(kills: dict[str, Kill]) -> None:
-    wrong = [row for row in kills.values() if row.mutant != HONEST.name]
+    wrong = [row for row in kills.values() if row.mutant != ORIGINAL.name]
     astray = {row.mutant: row.found for row in wrong if not row.right_stage}
     assert len(astray) <= (1 - RIGHT_STAGE) * len(wrong), astray
 
 
 def test_the_lectures_own_rules_raise_no_alarm(kills: dict[str, Kill]) -> None:
-    honest = kills[HONEST.name]
+    honest = kills[ORIGINAL.name]
     assert honest.scenes == len(benches()) >= 10
     assert honest.failed == ()
     assert sum(honest.charged.values()) == 0

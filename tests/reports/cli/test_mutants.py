@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from reference.mutants import CATALOGUE, HONEST
+from reference.mutants import CATALOGUE, ORIGINAL
 from reference.mutants.matrix import Kill
-from reports.cli import mutants as cli_mutants
+from reference.mutants.run import MutationRun
 from reports.cli.main import run
 
 NAMES = "no-half-pixel,epsilon-tenfold"
@@ -32,9 +32,9 @@ def test_the_matrix_of_two_mutants(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("rows", "status"),
     [
-        ([row(HONEST.name, ()), row("a", ("s",), ray=3)], 0),
-        ([row(HONEST.name, ()), row("a", ())], 1),
-        ([row(HONEST.name, ("s",), hit=1), row("a", ("s",), ray=3)], 1),
+        ([row(ORIGINAL.name, ()), row("a", ("s",), ray=3)], 0),
+        ([row(ORIGINAL.name, ()), row("a", ())], 1),
+        ([row(ORIGINAL.name, ("s",), hit=1), row("a", ("s",), ray=3)], 1),
     ],
 )
 def test_a_survivor_or_a_false_alarm_is_a_failure(
@@ -43,7 +43,8 @@ def test_a_survivor_or_a_false_alarm_is_a_failure(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(cli_mutants, "run_mutants", lambda *_: (rows, {}))
+    made = MutationRun(rows[0], tuple(rows[1:]))
+    monkeypatch.setattr("reference.mutants.run.run_mutants", lambda *_: made)
     assert run(["mutants"]) == status
     assert ("Not noticed: a" in capsys.readouterr().out) == (not rows[1].killed)
     assert run(["mutants", "--json"]) == status

@@ -15,7 +15,7 @@ from minirt.scene import Scene
 from reference.compare.comparison import compare
 from reference.compare.precision import Claim, declared
 from reference.compare.stability import Exact, Stability, exact_answer, stability_of
-from reference.mutants import CATALOGUE, HONEST
+from reference.mutants import CATALOGUE, ORIGINAL
 from reference.mutants.mutant import Mutant
 from reference.mutants.thin_gap import THIN_GAP
 from reference.traceability import TRACED
@@ -86,7 +86,7 @@ def test_a_mistake_costs_marks_in_the_part_about_its_rule(mutant: Mutant) -> Non
 
 @pytest.mark.parametrize("name", SHOWING)
 def test_what_is_right_costs_nothing(name: str) -> None:
-    evidence = seen(name, HONEST.render(small(name)))
+    evidence = seen(name, ORIGINAL.render(small(name)))
     rules = {mutant.rule for mutant in CATALOGUE.values()}
     assert len(rules) == 16
     assert {rule: share(rule, evidence) for rule in rules} == dict.fromkeys(rules, 1.0)

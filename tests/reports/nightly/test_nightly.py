@@ -27,6 +27,7 @@ from reference import registry
 from reference.fuzz.hunt import Hunt
 from reference.mutants.floor import Floor
 from reference.mutants.matrix import Kill
+from reference.mutants.run import MutationRun
 from reference.source import Reference
 from reports import run as runs
 from reports.cli import nightly as cli_nightly
@@ -74,11 +75,12 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         done.append(f"fuzz {seconds:g}")
         return Hunt(seed, 3, 3, 0, 99, 100, seconds=seconds)
 
-    def mutants(names: Sequence[str], *_: object) -> tuple[list[Kill], dict[str, str]]:
-        done.append(f"mutants {' '.join(names[1:]) if len(names) < 9 else 'all'}")
+    def mutants(names: Sequence[str], *_: object) -> MutationRun:
+        done.append(f"mutants {' '.join(names) if len(names) < 9 else 'all'}")
         nothing: dict[str, int] = dict.fromkeys(STAGES, 0)
-        honest = Kill("honest", "", "", "ray", 12, (), nothing)
-        return [honest, Kill("far-root", "S8", "", "t", 12, ("ball",), nothing | {"t": 7})], {}
+        original = Kill("none", "", "", "ray", 12, (), nothing)
+        mutant = Kill("far-root", "S8", "", "t", 12, ("ball",), nothing | {"t": 7})
+        return MutationRun(original, (mutant,))
 
     monkeypatch.setattr(steps, "run_verify", verify)
     for name in set(runs.REPORTS) - {"results.json"}:
