@@ -16,13 +16,13 @@ from reference.source import Reference
 from reference.verify.options import DEFAULTS, Options
 from reference.verify.results import SceneResult
 from reference.verify.run import verify
-from reports.history.before import Before
-from reports.page.portrait import portrayed
+from reports.history.previous import Before
+from reports.page.inspector.details import details_of
 from reports.page.report import report_html
+from reports.page.thumbnails import agreement_thumbnail, frame_thumbnail
 from reports.results.baseline import Baseline
-from reports.results.digest import agreement_of, digest_of
 from reports.results.junit import junit_xml
-from reports.results.kills import KillMatrix
+from reports.results.mutant_matrix import MutantMatrix
 from reports.results.provenance import provenance, without_passwords
 from reports.results.record import Run, results_json
 from reports.results.summary import summary_markdown
@@ -56,7 +56,7 @@ class RunOptions:
         The implementation that is judged, as it was named; empty for minirt itself.
     before : Before or None
         What a history knows of the scenes.
-    mutants : KillMatrix or None
+    mutants : MutantMatrix or None
         To be shown in the reports.
     """
 
@@ -65,7 +65,7 @@ class RunOptions:
     baseline: Baseline | None = None
     judged: str = ""
     before: Before | None = None
-    mutants: KillMatrix | None = None
+    mutants: MutantMatrix | None = None
 
 
 def run_verify(
@@ -104,8 +104,11 @@ def run_verify(
     folder = made_folder(Path(out_dir))
     start, origin = time.perf_counter(), provenance()
     callbacks = replace(
-        options.comparison.callbacks, digest=digest_of, draw=agreement_of, portray=portrayed
-    )
+        options.comparison.callbacks,
+        digest=details_of,
+        draw=agreement_thumbnail,
+        portray=frame_thumbnail,
+    )  # fmt: skip
     results = []
     comparison = replace(options.comparison, callbacks=callbacks)
     for result in verify(scenes, references, comparison, cluster):

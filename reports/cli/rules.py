@@ -45,7 +45,7 @@ def rules(
 
 def _passed(path: Path) -> Iterator[Passed]:
     """What the run of a results.json has compared, and found right."""
-    from reports.results.file import read_results
+    from reports.results.reading import read_results
 
     for scene in read_results(path).scenes:
         for answer in scene.references:
@@ -58,7 +58,7 @@ def _print(traced: Sequence[RuleTrace], with_references: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from reports.results.rule_names import RULE_NAMES
+    from reports.results.words import RULE_NAMES
 
     table = Table(box=None, pad_edge=False, padding=(0, 2, 1, 0))
     judged = "judged by, on scenes" if with_references else "judged by"

@@ -17,17 +17,16 @@ from minirt.scene import Scene
 from reports.explain.second_opinion import SecondOpinion
 from reports.explain.space import surroundings
 from reports.explain.text import spelled
-from reports.page.cells import CAUSAL
-from reports.page.close_up import story_json
 from reports.page.data import inside_script
-from reports.page.portrait import Portrait, portrait_of
+from reports.page.inspector.details import explanation_json
+from reports.page.matrix import CAUSAL
+from reports.page.rerun import command_test
 from reports.page.template import template
-from reports.results.rerun import command_test
-from reports.results.rule_names import RULE_NAMES
-from reports.results.words import number, times, values
+from reports.page.thumbnails import Thumbnail, scene_thumbnail
+from reports.results.words import RULE_NAMES, number, times, values
 
 #: The parts of the page's script, in the order in which they need each other.
-_SCRIPT = ("dom", "space", "pixel")
+_SCRIPT = ("dom", "space")
 
 
 def write_pixel_page(
@@ -73,8 +72,8 @@ def pixel_html(
 ) -> str:
     """The page of one pixel."""
     column, row = explanation.column, explanation.row
-    portrait = portrait_of(scene)
-    story = json.loads(story_json(scene, column, row))
+    portrait = scene_thumbnail(scene)
+    steps_and_lines = json.loads(explanation_json(scene, column, row))
     test = command_test("this_pixel", command)
     return template("pixel.html.j2").render(
         scene=scene,
@@ -97,8 +96,8 @@ def pixel_html(
         portrait=_placed(portrait, scene, column, row),
         command=shlex.join(command),
         test=test.replace("COLUMN", str(column)).replace("ROW", str(row)),
-        data=inside_script({"space": surroundings(scene), "story": story}),
-        script=[f"{part}.js" for part in _SCRIPT],
+        data=inside_script({"space": surroundings(scene), "explanation": steps_and_lines}),
+        script=[f"scripts/{part}.js" for part in _SCRIPT],
     )
 
 
@@ -108,7 +107,7 @@ def _sentence(explanation: Explanation, opinion: SecondOpinion | None) -> str:
     return next(step.sentence for step in explanation.steps if step.title == "the first object hit")
 
 
-def _placed(portrait: Portrait, scene: Scene, column: int, row: int) -> dict[str, Any]:
+def _placed(portrait: Thumbnail, scene: Scene, column: int, row: int) -> dict[str, Any]:
     """minirt's picture of the scene, and where the pixel is on it, in per cent."""
     screen = scene.screen
     return {

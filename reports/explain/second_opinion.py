@@ -20,8 +20,7 @@ from reference.verify.options import Callbacks, Options
 from reference.verify.results import Evidence
 from reference.verify.run import verify
 from reports.results.json_model import spelled
-from reports.results.rule_names import RULE_NAMES
-from reports.results.words import number, one_line, times, values
+from reports.results.words import RULE_NAMES, number, one_line, times, values
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,9 @@ from reports.grade.words import (
     points,
     sheet_in_words,
 )
-from reports.page.colors import HATCH, RING, css
-from reports.page.legends import bands
+from reports.page.colors import HATCH, RING, band_legend, css
 from reports.page.template import template
-from reports.results.rule_names import RULE_NAMES
-from reports.results.words import count
+from reports.results.words import RULE_NAMES, count
 
 _CAPTIONS = {"ours": "right", "theirs": "yours", "difference": "difference"}
 #: Columns of the histogram.
@@ -65,7 +63,7 @@ def student_html(student: Student, title: str, places: dict[str, Path]) -> str:
         closers=[_closer(closer, places[closer.scene]) for closer in student.closer],
         wrong=[sheet for sheet in sheets if not sheet["good"]],
         right=[sheet for sheet in sheets if sheet["good"]],
-        bands=bands(), hatch=[css(color) for color in HATCH], ring=css(RING[0]),
+        bands=band_legend(), hatch=[css(color) for color in HATCH], ring=css(RING[0]),
     )  # fmt: skip
 
 

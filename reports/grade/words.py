@@ -7,8 +7,7 @@ from reports.grade.closer import Closer
 from reports.grade.judge import SheetResult
 from reports.grade.record import Student
 from reports.grade.score import PartMarks
-from reports.results.rule_names import RULE_NAMES
-from reports.results.words import count, one_line, plain, share
+from reports.results.words import RULE_NAMES, count, one_line, plain, share
 
 
 def points(value: float) -> str:

@@ -8,8 +8,8 @@ from typing import Literal
 
 from minirt.quantities import QUANTITIES
 from reference.compare.check import COMPARED, UNANSWERED, State
-from reports.history.before import CellName
 from reports.history.entry import CellEntry, Entry
+from reports.history.previous import CellName
 from reports.results.words import share, times
 
 Kind = Literal["worse", "better", "higher", "lower", "changed", "new", "gone"]

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from reports.history.before import Point
 from reports.history.difference import Difference
 from reports.history.entry import CellEntry, Entry
+from reports.history.previous import Point
 from reports.history.trends import changes_of
 from reports.results.json_model import spelled
 

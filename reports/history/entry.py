@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from reference.compare.check import COMPARED, UNANSWERED, State
-from reports.history.before import CellName
-from reports.results.file import read_results
+from reports.history.previous import CellName
 from reports.results.json_model import Number
-from reports.results.record import AnswerModel, CheckModel, ResultsModel, SceneModel
+from reports.results.reading import read_results
+from reports.results.schema import AnswerModel, CheckModel, ResultsModel, SceneModel
 from reports.results.words import one_line, plain
 
 #: Longest name of a scene or a reference in a history; longer ones are cut.
@@ -175,7 +175,7 @@ def read_entry(path: Path) -> Entry:
     Raises
     ------
     InputError
-        As for `reports.results.file.read_results`.
+        As for `reports.results.reading.read_results`.
     """
     return _entry(read_results(path))
 

@@ -11,8 +11,8 @@ from minirt.errors import InputError
 from minirt.scene import Scene
 from reference.source import Reference
 from reports.history import HISTORY_FILE
-from reports.history.before import Before
 from reports.history.entry import entry_of
+from reports.history.previous import Before
 from reports.results.provenance import without_passwords
 from reports.results.record import Run, results_document
 from reports.results.words import one_line

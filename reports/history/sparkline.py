@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reports.history.before import Point
+from reports.history.previous import Point
 from reports.history.trends import Change
 from reports.results.words import count, times
 

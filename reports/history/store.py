@@ -29,9 +29,9 @@ from sqlalchemy import (
 from sqlalchemy.exc import IntegrityError
 
 from minirt.errors import InputError
-from reports.history.before import Before, Point, Standing
 from reports.history.entry import Entry, kept_name, series_of
 from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, read_only, telling
+from reports.history.previous import Before, Point, Standing
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
 from reports.history.tables import VERSION, VERSION_TABLE, answers, cells, runs, scenes
 

@@ -9,9 +9,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reports.history.before import Point
 from reports.history.difference import KINDS, Difference, Kind, Moved, figure_of
 from reports.history.entry import CellEntry, Entry
+from reports.history.previous import Point
 from reports.history.trends import HIGHEST, LOWEST, Change
 from reports.results.words import ICONS, count, one_line, share, times
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.history.before import Point
+from reports.history.previous import Point
 from reports.results.words import times
 
 #: Least runs on each side of a step, and most that are looked at.

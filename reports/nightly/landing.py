@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from reports.history.before import Point
 from reports.history.difference import difference
 from reports.history.entry import Entry
 from reports.history.pages import rendered
+from reports.history.previous import Point
 from reports.history.sparkline import HEIGHT, WIDTH, sparkline
 from reports.history.store import History
 from reports.history.text import (

@@ -28,7 +28,7 @@ from reports.history.recording import known_before
 from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.nightly.night import Night, StepModel, write
-from reports.results.kills import read_kills
+from reports.results.mutant_matrix import read_mutant_matrix
 from reports.results.mutation_run import mutants_document, mutants_sentence, mutants_status
 from reports.results.words import count, one_line, share
 from reports.run import REPORTS, RunOptions, run_verify
@@ -83,7 +83,7 @@ def verify_step(night: Night, job: Job, history: History, tell: Progress) -> Ste
             Options(timeout=job.timeout, jobs=job.jobs),
             job.required,
             before=known_before(history, job.scenes, job.references),
-            mutants=read_kills(kills) if kills.exists() else None,
+            mutants=read_mutant_matrix(kills) if kills.exists() else None,
         )
         run_verify(
             job.scenes, job.references, night.folder, options, partial(tell, "verify"), job.cluster

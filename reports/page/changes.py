@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 from reference.compare.check import COMPARED, Check
 from reference.verify.results import SceneResult
-from reports.history.before import Before, CellName, Point, Standing
+from reports.history.previous import Before, CellName, Point, Standing
 from reports.history.trends import Change, changes_of
-from reports.page.cells import Cell
+from reports.page.matrix import Cell
 from reports.results.findings import checks_of, scene_state, worst_check
 from reports.results.words import count, listed, one_line, times
 

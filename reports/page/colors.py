@@ -1,12 +1,14 @@
-"""The colours of pictures: 8-bit sRGB palettes, none of which relies on hue alone."""
+"""The colours of pictures, and their legends: sRGB palettes that never rely on hue alone."""
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from minirt.quantities import QUANTITIES
 from minirt.vectors import Floats
 
 Bytes = NDArray[np.uint8]
@@ -99,3 +101,22 @@ def band_of(ratio: Floats) -> NDArray[np.intp]:
 def css(color: Any) -> str:
     """A colour (3,) as CSS writes it."""
     return "#" + bytes(color).hex()
+
+
+def legend_of(name: str) -> list[tuple[str, str]]:
+    """Colours with what they stand for; empty where a scale or a sentence says it."""
+    if name in MASKS:
+        return [
+            (css(c), word) for c, word in zip(MASKS[name], MASK_WORDS[name], strict=True) if word
+        ]
+    if QUANTITIES[name].discrete:
+        first = [(css(CATEGORIES[k]), f"{k}") for k in range(4)]
+        return [(css(NOTHING), "none"), *first, ("", "… again from 12")]
+    return []
+
+
+def band_legend() -> list[tuple[str, str, bool]]:
+    """Bands of error over tolerance: colour, upper bound, and whether it is beyond 1."""
+    words = [str(Fraction(bound)) for bound in BOUNDS] + ["∞"]
+    beyond = [bound > 1 for bound in BOUNDS] + [True]
+    return [(css(color), word, out) for color, word, out in zip(BANDS, words, beyond, strict=True)]

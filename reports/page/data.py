@@ -13,10 +13,6 @@ from minirt.quantities import QUANTITIES, STAGES
 from reference.verify.results import ReferenceResult, SceneResult
 from reports.explain.second_opinion import Row, SecondOpinion
 from reports.explain.space import surroundings
-from reports.page.arrays import Packed
-from reports.page.budget import arrays_within
-from reports.page.cells import CAUSAL
-from reports.page.close_up import CloseUp, Kept, Pixel
 from reports.page.colors import (
     BANDS,
     BOUNDS,
@@ -28,18 +24,20 @@ from reports.page.colors import (
     RING,
     STAGE_COLORS,
     css,
+    legend_of,
     viridis,
 )
-from reports.page.legends import legend_of
-from reports.results.digest import Pictures, Seen
+from reports.page.inspector.arrays import PackedArrays, arrays_within
+from reports.page.inspector.details import Details, Pictures, Pixel
+from reports.page.inspector.packing import Packed
+from reports.page.matrix import CAUSAL
+from reports.page.rerun import ready_test, rerun_command
 from reports.results.findings import answer_state, scene_state
 from reports.results.json_model import spelled
 from reports.results.record import Run
-from reports.results.rerun import ready_test, rerun_command
-from reports.results.rule_names import RULE_NAMES
-from reports.results.words import figure, plain
+from reports.results.words import RULE_NAMES, figure, plain
 
-Arrays = dict[str, Kept]
+Arrays = dict[str, PackedArrays]
 
 
 @dataclass
@@ -84,7 +82,7 @@ def page_data(run: Run, ordered: Iterable[tuple[str, SceneResult]], pool: Pool) 
         Arrays are put into it.
     """
     given = [(section, result, _answers(result)) for section, result in ordered]
-    arrays = iter(arrays_within([a.digest.close for _, _, answers in given for a in answers]))
+    arrays = iter(arrays_within([a.digest for _, _, answers in given for a in answers]))
     scenes = [
         _scene(run, section, result, [(a, next(arrays)) for a in answers], pool)
         for section, result, answers in given
@@ -94,7 +92,7 @@ def page_data(run: Run, ordered: Iterable[tuple[str, SceneResult]], pool: Pool) 
 
 def has_pictures(answer: ReferenceResult) -> bool:
     """Whether there is anything of a reference to look at."""
-    return isinstance(answer.digest, Seen) and bool(answer.digest.pictures)
+    return isinstance(answer.digest, Details) and bool(answer.digest.pictures)
 
 
 def inside_script(document: Any) -> str:
@@ -154,9 +152,9 @@ def _scene(
     pool: Pool,
 ) -> dict[str, Any]:  # fmt: skip
     scene = result.scene
-    stories: dict[Pixel, str] = {}
+    explanations: dict[Pixel, str] = {}
     for answer, _ in seen:
-        stories |= answer.digest.close.stories
+        explanations |= answer.digest.explanations
     return {
         "id": section,
         "name": scene.name,
@@ -165,31 +163,31 @@ def _scene(
         "ny": scene.screen.ny,
         "command": rerun_command(run, scene),
         "objects": [thing.name for thing in scene.objects],
-        "pixels": [list(pixel) for pixel in stories],
-        "more": pool.blob(_more(result, [(a, a.digest.close) for a, _ in seen], stories)),
+        "pixels": [list(pixel) for pixel in explanations],
+        "more": pool.blob(_more(result, [answer for answer, _ in seen], explanations)),
         "references": [_reference(run, result, a, arrays, pool) for a, arrays in seen],
     }
 
 
 def _more(
-    result: SceneResult, seen: list[tuple[ReferenceResult, CloseUp]], stories: dict[Pixel, str]
+    result: SceneResult, answers: list[ReferenceResult], explanations: dict[Pixel, str]
 ) -> bytes:
     """What is read when a pixel of the scene is looked at: JSON, deflated."""
     document = {
         "space": surroundings(result.scene),
-        "stories": {_key(pixel): json.loads(story) for pixel, story in stories.items()},
+        "explanations": {_key(pixel): json.loads(text) for pixel, text in explanations.items()},
         "rows": {
             answer.reference: {
-                _key(pixel): _opinion(answer, rows) for pixel, rows in close.rows.items()
+                _key(pixel): _opinion(answer, rows) for pixel, rows in answer.digest.rows.items()
             }
-            for answer, close in seen
+            for answer in answers
         },
     }
     return zlib.compress(json.dumps(_plain(document), allow_nan=False).encode(), 9)
 
 
 def _opinion(answer: ReferenceResult, rows: tuple[Row, ...]) -> dict[str, Any]:
-    """Both's values at a pixel and the sentence about them."""
+    """The values of both at a pixel, and the sentence about them."""
     return {
         "sentence": SecondOpinion(answer.reference, rows).sentence,
         "rows": {
@@ -206,8 +204,7 @@ def _key(pixel: Pixel) -> str:
 def _reference(
     run: Run, result: SceneResult, answer: ReferenceResult, arrays: Arrays, pool: Pool
 ) -> dict[str, Any]:
-    seen: Seen = answer.digest
-    close = seen.close
+    details: Details = answer.digest
     checks = {check.quantity: check for check in answer.checks}
     return {
         "name": answer.reference,
@@ -218,19 +215,19 @@ def _reference(
                 "state": checks[name].state,
                 "wrong": checks[name].wrong,
                 "figure": figure(checks[name]),
-                "spread": vars(close.spreads[name]),
+                "histogram": vars(details.histograms[name]),
                 "picture": _picture(pictures, pool),
                 "arrays": _arrays(arrays[name], pool) if name in arrays else None,
             }
             for name, pictures in sorted(
-                seen.pictures.items(), key=lambda item: CAUSAL.index(item[0])
+                details.pictures.items(), key=lambda item: CAUSAL.index(item[0])
             )
         },
         "full": bool(arrays),
-        "first": _packed(close.first_stage, pool) if close.first_stage and arrays else None,
-        "clusters": [vars(cluster) for cluster in close.clusters],
-        "clustered": close.clustered,
-        "worst": [vars(each) for each in close.worst],
+        "first": _packed(details.first_stage, pool) if details.first_stage and arrays else None,
+        "clusters": [vars(cluster) for cluster in details.clusters],
+        "clusterCount": details.cluster_count,
+        "worst": [vars(each) for each in details.worst],
     }
 
 
@@ -246,14 +243,14 @@ def _picture(pictures: Pictures, pool: Pool) -> dict[str, Any]:
     }
 
 
-def _arrays(kept: Kept, pool: Pool) -> dict[str, Any]:
+def _arrays(arrays: PackedArrays, pool: Pool) -> dict[str, Any]:
     return {
-        "ours": _packed(kept.ours, pool),
-        "theirs": _packed(kept.theirs, pool),
-        "ratio": _packed(kept.ratio, pool),
-        "tolerance": None if kept.tolerance is None else _packed(kept.tolerance, pool),
-        "low": kept.span.low.tolist(),
-        "high": kept.span.high.tolist(),
+        "ours": _packed(arrays.ours, pool),
+        "theirs": _packed(arrays.theirs, pool),
+        "ratio": _packed(arrays.ratio, pool),
+        "tolerance": None if arrays.tolerance is None else _packed(arrays.tolerance, pool),
+        "low": arrays.span.low.tolist(),
+        "high": arrays.span.high.tolist(),
     }
 
 

@@ -9,11 +9,10 @@ from minirt.quantities import QUANTITIES, STAGES
 from reference.compare.check import CERTAIN_FLOOR
 from reference.compare.stability import KAPPA
 from reference.verify.results import SceneResult
-from reports.page.cells import anchor, kind, stage_columns
 from reports.page.changes import before_in_words
-from reports.page.colors import HATCH, RING, SOURCES, css, viridis
+from reports.page.colors import HATCH, RING, SOURCES, band_legend, css, viridis
 from reports.page.data import Pool, has_pictures, page_data
-from reports.page.legends import bands
+from reports.page.matrix import anchor, kind, stage_columns
 from reports.page.scene import against, look_at, names_of, scene_entry
 from reports.page.template import template
 from reports.results.coverage import (
@@ -27,16 +26,15 @@ from reports.results.coverage import (
 )
 from reports.results.findings import SceneState, counts, failing, scene_counts, scene_state, silent
 from reports.results.record import Run, programs
-from reports.results.rule_names import RULE_NAMES
-from reports.results.words import count, figure, icon, worst_in_words
+from reports.results.words import RULE_NAMES, count, figure, icon, worst_in_words
 from reports.speed import table
 from reports.speed.plot import plot_of
 from reports.speed.results import measured
 
 #: The parts of the page's script, in the order in which they need each other.
 _SCRIPT = (
-    "dom", "state", "report", "arrays", "colors", "load", "stage", "overlays", "steps",
-    "inspector", "clusters", "space", "controls", "filter", "start",
+    "dom", "state", "report", "arrays", "colors", "load", "stage", "overlays",
+    "inspector", "clusters", "space", "controls", "filter",
 )  # fmt: skip
 
 #: Worst scenes first; scenes of the same state stay in the order in which they ran.
@@ -68,14 +66,14 @@ def report_html(run: Run) -> str:
         silent=silent(run.results),
         scenes=scenes,
         data=page_data(run, sections, pool),
-        script=[f"{part}.js" for part in _SCRIPT],
+        script=[f"scripts/{part}.js" for part in _SCRIPT],
         compared=any(has_pictures(a) for r in run.results for a in r.references),
         filters=_filters(run),
         before=[] if run.before is None else before_in_words(run.before, run.results),
         stage_names=list(STAGES),
         rules=_rules(run),
         programs=programs(run),
-        bands=bands(),
+        bands=band_legend(),
         hatch=[css(color) for color in HATCH],
         ring=css(RING[0]),
         sources=[css(color) for color in SOURCES],

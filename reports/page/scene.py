@@ -13,12 +13,13 @@ from reference.compare.quorum import Quorum
 from reference.exact import Judgement
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.page.cells import CAUSAL, Row, anchor, facts, kind, matrix_row, scene_headline
 from reports.page.changes import tags_against, trend_of, with_arrow
+from reports.page.colors import legend_of
 from reports.page.data import Pool
-from reports.page.legends import legend_of
+from reports.page.inspector.details import Details, Pictures, deserves_full_size
+from reports.page.matrix import CAUSAL, Row, anchor, facts, kind, matrix_row, scene_headline
 from reports.page.pictures import has_scale
-from reports.results.digest import Agreement, Pictures, Seen, deserves_full
+from reports.page.thumbnails import Thumbnail
 from reports.results.findings import (
     answer_state,
     checks_of,
@@ -45,7 +46,7 @@ def names_of(run: Run) -> list[str]:
 
 def look_at(section: str, answer: ReferenceResult, check: Check) -> str:
     """What the stage is to show of a check, as JSON; empty where it has nothing to show."""
-    if not (isinstance(answer.digest, Seen) and check.quantity in answer.digest.pictures):
+    if not (isinstance(answer.digest, Details) and check.quantity in answer.digest.pictures):
         return ""
     return json.dumps([section, plain(answer.reference), check.quantity])
 
@@ -126,7 +127,7 @@ def _portrait(result: SceneResult, pool: Pool) -> tuple[str, int, str] | None:
 def _agreement(quorum: Quorum, pool: Pool) -> tuple[str, int, str] | None:
     """Class, width and proportions of the map of who agrees; None where it was not drawn."""
     drawn = quorum.drawn
-    if not isinstance(drawn, Agreement):
+    if not isinstance(drawn, Thumbnail):
         return None
     return pool.name(drawn.png), drawn.width, f"{drawn.width} / {drawn.height}"
 
@@ -233,7 +234,7 @@ def _entry(answer: ReferenceResult, check: Check, pool: Pool) -> dict[str, Any]:
         "width": pictures.width * max(1, _LEAST_WIDTH // pictures.width),
         "ratio": f"{pictures.width} / {pictures.height}",
         "scale": _scale(pictures) if has_scale(check.quantity) else None,
-        "zoom": _zoom(check, pictures) if deserves_full(check) and check.wrong else None,
+        "zoom": _zoom(check, pictures) if deserves_full_size(check) and check.wrong else None,
     }
 
 

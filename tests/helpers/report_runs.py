@@ -18,8 +18,8 @@ from reference.verify.rendering import RenderedFrame, render_to_file
 from reference.verify.results import ReferenceResult, SceneResult
 from reference.verify.run import reference_result
 from reference.verify.scene import compare_scene
-from reports.page.portrait import portrayed
-from reports.results.digest import digest_of
+from reports.page.inspector.details import details_of
+from reports.page.thumbnails import frame_thumbnail
 from reports.results.provenance import provenance
 from reports.results.record import Run
 from reports.results.verdict import decide
@@ -57,14 +57,15 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
             for reference, each in zip(references, ended, strict=True)
             if isinstance(each, RenderedFrame)
         ]
-        compared = compare_scene(scene, answered, Options(callbacks=Callbacks(digest_of)))
+        compared = compare_scene(scene, answered, Options(callbacks=Callbacks(details_of)))
     results = []
     for each in ended:
         if isinstance(each, ReferenceResult):
             results.append(each)
             continue
         results.append(replace(reference_result(each, compared), seconds=0.25))
-    return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=portrayed(render(scene)))
+    picture = frame_thumbnail(render(scene))
+    return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=picture)
 
 
 def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | RenderedFrame:

@@ -16,7 +16,7 @@ from minirt.scene import Scene
 from reference import registry
 from reference.source import Reference
 from reports.cli.main import run
-from reports.history.before import Before
+from reports.history.previous import Before
 from reports.history.store import History
 from reports.results.provenance import provenance, without_passwords
 from reports.results.record import Run

@@ -34,7 +34,7 @@ def test_alone_it_has_every_value_every_step_and_the_rays() -> None:
     )
     assert "error ÷ tol." not in text
     (data,) = re.findall(r'id="data">(.*?)</script>', text)
-    kinds = [line["kind"] for line in json.loads(data)["story"]["lines"]]
+    kinds = [line["kind"] for line in json.loads(data)["explanation"]["lines"]]
     assert kinds == ["ray", "normal", "shadow", "reflected", "refracted"]
 
 

@@ -11,10 +11,10 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
-from reports.history.before import Point
 from reports.history.difference import difference
 from reports.history.entry import Entry
 from reports.history.pages import compare_html
+from reports.history.previous import Point
 from reports.history.sparkline import HEIGHT, WIDTH, sparkline
 from reports.history.store import History
 from reports.history.trends import changes_of

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from minirt.errors import InputError
-from reports.history.before import Point, Standing
 from reports.history.entry import LONGEST_NAME, entry_of, kept_name, read_entry
+from reports.history.previous import Point, Standing
 from reports.history.store import History
 from reports.results.record import results_document, results_json
 from reports.results.words import plain

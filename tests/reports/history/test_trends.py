@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from reports.history.before import Point
+from reports.history.previous import Point
 from reports.history.trends import LEAST, changes_of
 
 RNG = np.random.default_rng(1)

@@ -353,7 +353,7 @@ def test_without_a_choice_the_worst_pixel_is_looked_at(opened: Tab) -> None:
 
 def test_errors_are_listed_by_size_with_their_share(opened: Tab, ratios: dict[str, Array]) -> None:
     opened.change(r="faulty", q="color")
-    rows = opened.page.locator("#spread tbody tr").all_inner_texts()
+    rows = opened.page.locator("#histogram tbody tr").all_inner_texts()
     cells = [row.split("\t") for row in rows]
     assert [cell[0] for cell in cells] == [
         "0", "≤ 1/8", "≤ 1/4", "≤ 1/2", "≤ 1", "≤ 2", "≤ 4", "≤ 16", "> 16", "uncertain",

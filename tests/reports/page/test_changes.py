@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from reference.compare.check import Check
-from reports.history.before import Before, Point, Standing
+from reports.history.previous import Before, Point, Standing
 from reports.page.changes import News, arrow, before_in_words, scene_news, trend_of
 from reports.page.report import report_html
 from tests.helpers.fake_references import HOSTILE, OnePixel, small_scene

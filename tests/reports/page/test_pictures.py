@@ -29,7 +29,7 @@ from reports.page.pictures import (
     span_of,
     value_png,
 )
-from reports.results.digest import THUMBNAIL
+from reports.page.thumbnails import SMALL
 from tests.helpers.fake_references import NX, NY, small_scene
 
 
@@ -74,7 +74,7 @@ def test_pixels_without_a_value_have_a_colour_of_their_own(name: str) -> None:
 def test_one_wrong_pixel_shows_on_a_thumbnail(where: tuple[int, int]) -> None:
     ratio = np.full((768, 1024), 0.3)
     ratio[where] = 3.0
-    factor = shrink_factor(1024, 768, THUMBNAIL)
+    factor = shrink_factor(1024, 768, SMALL)
     image = pixels(ratio_png(ratio, factor))
     assert image.shape[:2] == (96, 128)
     row, column = where[0] // factor, where[1] // factor

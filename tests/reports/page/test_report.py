@@ -16,8 +16,8 @@ import pytest
 from PIL import Image
 
 from minirt.quantities import QUANTITIES, STAGES
-from reports.page.cells import CAUSAL
 from reports.page.colors import RING
+from reports.page.matrix import CAUSAL
 from reports.page.report import report_html
 from reports.results.findings import counts, failing
 from reports.results.record import Run

@@ -11,7 +11,8 @@ import pytest
 from reference.compare.check import Check, WorstPixel
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.results.record import Run, results_document, results_json, results_schema
+from reports.results.record import Run, results_document, results_json
+from reports.results.schema import results_schema
 from reports.results.words import STATES
 from tests.helpers.fake_references import HOSTILE, small_scene
 from tests.helpers.report_runs import NAMES, empty_run, good_run, troubled_run

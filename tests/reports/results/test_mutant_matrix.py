@@ -13,9 +13,10 @@ from minirt.errors import InputError
 from minirt.quantities import STAGES
 from reports.cli.main import run
 from reports.page.report import report_html
-from reports.results.kills import read_kills
+from reports.results.mutant_matrix import read_mutant_matrix
 from reports.results.record import results_document
 from tests.helpers.fake_references import small_scene
+from tests.helpers.places import HELPERS
 from tests.helpers.report_runs import good_run
 
 ROWS = [
@@ -37,7 +38,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_the_page_shows_the_matrix_when_it_was_run_and_nothing_otherwise(file: Path) -> None:
-    kills = read_kills(file)
+    kills = read_mutant_matrix(file)
     text = report_html(replace(good_run(), mutants=kills))
     assert "1 of 2 mutants killed, 1 by the stage that they really break" in text
     section = text[text.index('id="mutants"') :]
@@ -51,12 +52,15 @@ def test_the_page_shows_the_matrix_when_it_was_run_and_nothing_otherwise(file: P
 
 
 def test_results_hold_the_matrix_too(file: Path) -> None:
-    shown = replace(good_run(), mutants=read_kills(file))
+    shown = replace(good_run(), mutants=read_mutant_matrix(file))
     assert results_document(shown)["mutants"]["killed"] == 1
     assert results_document(good_run())["mutants"] is None
 
 
-def test_a_gate_shows_what_the_mutants_printed(file: Path, tmp_path: Path) -> None:
+def test_a_gate_shows_what_the_mutants_printed(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(HELPERS)
     scene = tmp_path / "ball.json"
     scene.write_text(json.dumps({"minirt": 1, **small_scene().to_dict()}), encoding="utf-8")
     out = tmp_path / "out"
@@ -71,6 +75,6 @@ def test_another_file_is_one_clear_error(text: str, tmp_path: Path) -> None:
     path = tmp_path / "x.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="not what minirt mutants --json prints"):
-        read_kills(path)
+        read_mutant_matrix(path)
     with pytest.raises(InputError, match="cannot be read"):
-        read_kills(tmp_path / "none.json")
+        read_mutant_matrix(tmp_path / "none.json")

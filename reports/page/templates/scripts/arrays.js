@@ -1,4 +1,4 @@
-// Arrays as reports/page/arrays.py packed them: base64, deflated, byte planes of predicted bit patterns.
+// Arrays as reports/page/inspector/packing.py packed them: base64, deflated, byte planes of predicted bit patterns.
 const inflated = new Map();
 
 function inflate(id) {

@@ -1,4 +1,4 @@
-"""Wrong pixels that touch, the worst of them, and how errors are spread."""
+"""Wrong pixels that touch, the worst of them, and how errors are histogram."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from minirt.quantities import STAGES
 from reports.page.colors import BOUNDS
-from reports.results.clusters import MOST, clusters_of, spread, worst_pixels
+from reports.page.inspector.clusters import MOST_LISTED, clusters_of, histogram, worst_pixels
 
 SHADOW, T = STAGES.index("shadow"), STAGES.index("t")
 
@@ -53,14 +53,14 @@ def test_no_more_than_the_worst_are_listed() -> None:
     first = np.zeros((10, 10), dtype=np.int8)
     ratio = np.arange(100.0).reshape(10, 10) + 2
     found = worst_pixels(first, {"ray": ratio})
-    assert len(found) == MOST
+    assert len(found) == MOST_LISTED
     assert (found[0].column, found[0].row, found[0].ratio) == (9, 9, 101.0)
 
 
 def test_the_spread_counts_every_pixel_once_and_knows_the_largest_error() -> None:
     ratio = np.array([[0.0, 0.1, 1.0, 1.1, np.inf, np.nan, np.nan]])
     error = np.array([[0.0, 1e-9, 1e-8, 1.1e-8, np.inf, 5.0, 7.0]])
-    found = spread(ratio, error)
+    found = histogram(ratio, error)
     assert sum(found.counts) == 7
     assert found.counts[-1] == 2
     assert found.differences[-1] == 7.0

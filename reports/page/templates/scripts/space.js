@@ -18,7 +18,7 @@ function showSpace(given) {
   section.hidden = !given;
   space.shown = given;
   if (!given) return;
-  const lines = given.story.lines.map(({ kind, start, direction, length: far, meets }) => ({ kind, start, direction, far, meets }));
+  const lines = given.explanation.lines.map(({ kind, start, direction, length: far, meets }) => ({ kind, start, direction, far, meets }));
   const { P0, screen, objects } = given.space;
   const hit = lines[1]?.start ?? plus(P0, lines[0].direction);
   const near = objects.filter((o) => o.center).map((o) => length(minus(o.center, hit)) + o.radius);

@@ -1,4 +1,4 @@
-// Lists beside the stage: clusters, the worst pixels, and how errors are spread.
+// Lists beside the stage: clusters, the worst pixels, and how the errors are distributed.
 let place = -1;
 
 function showLists() {
@@ -13,18 +13,18 @@ function showLists() {
     element("td", {}, each.quantity), element("td", { className: "num" }, times(finite(each.ratio)))));
   const none = (rows, made, words) => (rows.length ? made : element("p", { className: "soft" }, words));
   const passes = `${reference.name} has no wrong pixel on ${scene.name}.`;
-  const left = reference.clustered - clusters.length;
+  const left = reference.clusterCount - clusters.length;
   one("#clusters").replaceChildren(none(clusters, element("div", { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Clusters" },
     table("Clusters of wrong pixels", ["", "stage", "pixels", "columns × rows", "worst"], clusters)), passes),
   ...(left > 0 ? [element("p", { className: "soft" }, `and ${counted(left, "more cluster")}`)] : []));
   one("#worst").replaceChildren(none(worst, element("div", { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Worst pixels" },
     table("Worst pixels", ["pixel", "stage", "quantity", "error ÷ tol."], worst)), passes));
-  one("#spread-title").textContent = `Errors of ${name}, ${reference.name}`;
-  one("#spread").replaceChildren(spread(reference.quantities[name].spread));
+  one("#histogram-title").textContent = `Errors of ${name}, ${reference.name}`;
+  one("#histogram").replaceChildren(histogram(reference.quantities[name].histogram));
 }
 
 // A histogram that is its own table: a bar a row.
-function spread({ counts, differences }) {
+function histogram({ counts, differences }) {
   const judged = counts.slice(0, -1), total = counts.reduce((a, b) => a + b, 0), most = Math.max(...counts, 1);
   const share = (n) => (n === total ? "100 %" : `${Math.min(99.99, 100 * n / total).toFixed(2)} %`);
   let sum = 0;

@@ -9,7 +9,7 @@ import pytest
 
 import minirt
 from minirt.frame import Array
-from reports.page.arrays import Packed, pack, pack_ratio
+from reports.page.inspector.packing import Packed, pack, pack_ratio
 from tests.helpers.fake_references import small_scene
 
 RNG = np.random.default_rng(20)

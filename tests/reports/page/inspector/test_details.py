@@ -10,67 +10,71 @@ import pytest
 import minirt
 from minirt.explain.pixel import explain
 from reports.explain.space import lines_of, surroundings
-from reports.page import close_up
-from reports.page.close_up import CloseUp, typical_pixels
+from reports.page.inspector import arrays, details
+from reports.page.inspector.details import Details, typical_pixels
 from tests.helpers.fake_references import Faulty, Honest, OnePixel, small_scene
 from tests.helpers.report_runs import result_of
 
 
 @pytest.fixture(scope="module")
-def closes() -> dict[str, CloseUp]:
+def found() -> dict[str, Details]:
     result = result_of(small_scene(), [Honest(), Faulty(), OnePixel()])
-    return {answer.reference: answer.digest.close for answer in result.references}
+    return {answer.reference: answer.digest for answer in result.references}
 
 
-def test_what_passes_leaves_no_arrays_and_what_fails_leaves_all(closes: dict[str, CloseUp]) -> None:
-    assert (closes["honest"].arrays, closes["honest"].first_stage) == ({}, None)
-    assert (closes["honest"].clusters, closes["honest"].worst) == ((), ())
+def test_what_passes_leaves_no_arrays_and_what_fails_leaves_all(
+    found: dict[str, Details],
+) -> None:
+    assert (found["honest"].arrays, found["honest"].first_stage) == ({}, None)
+    assert (found["honest"].clusters, found["honest"].worst) == ((), ())
     for name in ("faulty", "one-pixel"):
-        assert len(closes[name].arrays) == 20
-        assert closes[name].first_stage is not None
-    first = next(iter(closes["faulty"].arrays))
-    assert first == "shadow", "what fails first gets room first"
+        assert len(found[name].arrays) == 20
+        assert found[name].first_stage is not None
+    first = next(iter(found["faulty"].arrays))
+    assert first == "shadow", "what fails first is packed first"
 
 
 def test_of_a_vast_image_no_arrays_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(close_up, "MOST_PIXELS", 100)
+    monkeypatch.setattr(arrays, "MOST_PIXELS", 100)
     (answer,) = result_of(small_scene(), [Faulty()]).references
-    assert answer.digest.close.arrays == {}
-    assert answer.digest.close.clusters != ()
-    assert len(answer.digest.close.stories) > 5
+    assert answer.digest.arrays == {}
+    assert answer.digest.clusters != ()
+    assert len(answer.digest.explanations) > 5
 
 
 def test_when_time_is_up_no_more_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(close_up, "PATIENCE", 0.0)
+    monkeypatch.setattr(details, "TIME_LIMIT", 0.0)
     (answer,) = result_of(small_scene(), [Faulty()]).references
-    assert len(answer.digest.close.stories) == 1
-    assert len(answer.digest.close.rows) > 5
+    assert len(answer.digest.explanations) == 1
+    assert len(answer.digest.rows) > 5
 
 
-def test_everybody_explains_the_pixels_where_anybody_fails(closes: dict[str, CloseUp]) -> None:
-    pixels = set(closes["honest"].rows)
+def test_everybody_explains_the_pixels_where_anybody_fails(
+    found: dict[str, Details],
+) -> None:
+    pixels = set(found["honest"].rows)
     assert {(10, 30), (20, 31)} <= pixels, "one-pixel's wrong ones"
-    assert all(set(close.rows) == set(close.stories) == pixels for close in closes.values())
-    wrong = {row.quantity for row in closes["one-pixel"].rows[10, 30] if row.wrong}
+    assert all(set(each.rows) == set(each.explanations) == pixels for each in found.values())
+    wrong = {row.quantity for row in found["one-pixel"].rows[10, 30] if row.wrong}
     assert wrong == {"shadow"}
-    assert not any(row.wrong for rows in closes["honest"].rows.values() for row in rows)
+    assert not any(row.wrong for rows in found["honest"].rows.values() for row in rows)
 
 
-def test_clusters_and_worst_pixels_are_those_of_the_fault(closes: dict[str, CloseUp]) -> None:
-    close = closes["one-pixel"]
-    assert close.clustered == 2
-    assert [(c.stage, c.size, c.column, c.row) for c in close.clusters] == [
+def test_clusters_and_worst_pixels_are_those_of_the_fault(found: dict[str, Details]) -> None:
+    one = found["one-pixel"]
+    assert one.cluster_count == 2
+    assert [(c.stage, c.size, c.column, c.row) for c in one.clusters] == [
         ("t", 1, 20, 31), ("shadow", 1, 10, 30),
     ]  # fmt: skip
-    assert [(w.column, w.row, w.quantity) for w in close.worst] == [
+    assert [(w.column, w.row, w.quantity) for w in one.worst] == [
         (20, 31, "depth"), (10, 30, "shadow"),
     ]  # fmt: skip
 
 
-def test_a_story_is_the_explanation_itself(closes: dict[str, CloseUp]) -> None:
+def test_the_page_holds_the_explanation_itself(found: dict[str, Details]) -> None:
     scene = small_scene()
-    for (column, row), story in closes["faulty"].stories.items():
-        told = json.loads(story)
+    for (column, row), text in found["faulty"].explanations.items():
+        told = json.loads(text)
         assert told["steps"] == explain(scene, column, row).to_dict()["steps"]
 
 

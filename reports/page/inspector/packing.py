@@ -2,7 +2,7 @@
 
 Bit patterns are whole numbers. Of them, or of their differences from another array's, differences
 between neighbours are taken, across and down, up to `MOST_ORDERS` times: whatever is smooth or
-equal becomes small numbers, which deflate to little. `templates/arrays.js` reads it back.
+equal becomes small numbers, which deflate to little. `templates/scripts/arrays.js` reads it back.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from minirt.quantities import Stage
 from reports.results.json_model import Natural
 
 
-class KillRow(BaseModel):
+class MutantRow(BaseModel):
     """One wrong version of a rule, and what the checks say of it."""
 
     model_config = ConfigDict(frozen=True)
@@ -28,12 +28,12 @@ class KillRow(BaseModel):
     found: Stage | None = Field(description="the first stage that wrong pixels are charged to")
 
 
-class KillMatrix(BaseModel):
+class MutantMatrix(BaseModel):
     """Every mutant that was run."""
 
     model_config = ConfigDict(frozen=True)
 
-    mutants: list[KillRow]
+    mutants: list[MutantRow]
     killed: Natural
     right_stage: Natural
     false_alarms: Natural = Field(description="scenes on which the lecture's own rules fail")
@@ -47,7 +47,7 @@ class KillMatrix(BaseModel):
         )
 
 
-def read_kills(path: Path) -> KillMatrix:
+def read_mutant_matrix(path: Path) -> MutantMatrix:
     """What `minirt mutants --json` printed into a file.
 
     Raises
@@ -56,7 +56,7 @@ def read_kills(path: Path) -> KillMatrix:
         It cannot be read, or is something else.
     """
     try:
-        return KillMatrix.model_validate_json(path.read_bytes())
+        return MutantMatrix.model_validate_json(path.read_bytes())
     except OSError as error:
         raise InputError(
             "the mutants cannot be read", where=str(path), got=error.strerror or str(error)

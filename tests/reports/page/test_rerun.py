@@ -7,8 +7,8 @@ import shlex
 from dataclasses import replace
 
 import minirt
+from reports.page.rerun import ready_test, rerun_command, source_of
 from reports.results.record import Run
-from reports.results.rerun import ready_test, rerun_command, source_of
 from tests.helpers.fake_references import small_scene
 from tests.helpers.report_runs import good_run
 

@@ -59,7 +59,7 @@ async function inspect() {
   const found = await Promise.all(names.map((name) => (reference.quantities[name].arrays ? load(scene, reference, name) : null)));
   const first = await firstStage(scene, reference);
   if (mine !== asked) return;
-  const opinion = kept.rows[reference.name]?.[key], story = kept.stories[key];
+  const opinion = kept.rows[reference.name]?.[key], explanation = kept.explanations[key];
   const rows = names.map((name, k) => valueRow(name, name, valuesAt(name, opinion?.rows, found[k], index)));
   const parts = [
     element("h3", {}, `Pixel (${column}, ${row})`, element("span", { className: "soft" }, " column from the left, row from the top")),
@@ -71,13 +71,13 @@ async function inspect() {
   ];
   if (mine !== asked) return;
   if (rows.every((each) => each.children.length < 3)) parts.push(notKept(scene));
-  parts.push(story ? element("section", {}, element("h4", {}, "How minirt comes to it, step by step"), element("div",
-    { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Steps of the algorithm" }, stepList(story)))
+  parts.push(explanation ? element("section", {}, element("h4", {}, "How minirt comes to it, step by step"), element("div",
+    { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Steps of the algorithm" }, stepList(explanation)))
     : element("p", { className: "soft" }, "The algorithm's steps are kept for some pixels only; for this one the command above prints them."));
-  parts.push(explainedPixels(scene, !story));
+  parts.push(explainedPixels(scene, !explanation));
   box.replaceChildren(...parts);
   box.dataset.shows = [scene.id, reference.name, shown.name, key].join(" ");
-  showSpace(story ? { space: kept.space, story } : null);
+  showSpace(explanation ? { space: kept.space, explanation } : null);
 }
 
 const withHeads = (made) => { made.className = "plain values"; return made; };
@@ -120,4 +120,19 @@ function explainedPixels(scene, open = true) {
   const links = scene.pixels.map(([column, row]) => element("button",
     { type: "button", className: "pixel", onclick: () => pick(column, row, true) }, `(${column}, ${row})`));
   return element("details", { open }, element("summary", {}, `${counted(links.length, "pixel")} of this scene explained step by step`), element("div", { className: "pixels" }, ...links));
+}
+
+// The algorithm's own steps at a pixel, as `minirt explain` has them; nothing is computed here.
+function stepList(explanation) {
+  return element("ol", { className: "steps" }, ...explanation.steps.map((step) => element("li", {},
+    element("h5", {}, element("span", { className: "rule" }, step.rule), ` ${step.title}`),
+    element("p", {}, step.sentence),
+    element("dl", {}, ...Object.entries(step.values).flatMap(([name, value]) => [
+      element("dt", {}, name), element("dd", { className: "num" }, stepValue(value))])))));
+}
+
+function stepValue(value) {
+  if (Array.isArray(value)) return value.map((each) => spelled(each, 12)).join("  ");
+  if (typeof value === "boolean") return value ? "yes" : "no";
+  return typeof value === "number" ? spelled(value) : ["inf", "-inf", "nan"].includes(value) ? spelled(value) : value ?? "none";
 }

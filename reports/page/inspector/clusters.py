@@ -1,4 +1,4 @@
-"""Wrong pixels that touch, the worst of them, and how errors are spread."""
+"""Clusters of wrong pixels, the worst pixels, and how the errors are distributed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from minirt.vectors import Floats
 from reports.page.colors import BANDS, band_of
 
 #: Clusters and pixels that are listed of one reference on one scene; their number is always given.
-MOST = 20
+MOST_LISTED = 20
 
 
 @dataclass(frozen=True)
@@ -96,10 +96,12 @@ def _cluster(pixels: NDArray[np.integer], first_stage: Array, worst: Floats) -> 
 
 
 def worst_pixels(first_stage: Array, ratios: Mapping[str, Floats]) -> tuple[WrongPixel, ...]:
-    """The `MOST` worst pixels: by stage, then by error over tolerance, then from the top."""
+    """The `MOST_LISTED` worst pixels: by stage, then by error over tolerance, then from the top."""
     worst, names, which = _worst_of_stage(first_stage, ratios)
     rows, columns = np.nonzero(first_stage >= 0)
-    order = np.lexsort((columns, rows, -worst[rows, columns], first_stage[rows, columns]))[:MOST]
+    order = np.lexsort((columns, rows, -worst[rows, columns], first_stage[rows, columns]))[
+        :MOST_LISTED
+    ]
     return tuple(
         WrongPixel(
             int(columns[k]),
@@ -108,7 +110,7 @@ def worst_pixels(first_stage: Array, ratios: Mapping[str, Floats]) -> tuple[Wron
             names[int(which[rows[k], columns[k]])],
             float(worst[rows[k], columns[k]]),
         )
-        for k in order
+        for k in order[:MOST_LISTED]
     )
 
 
@@ -123,8 +125,8 @@ def _worst_of_stage(
 
 
 @dataclass(frozen=True)
-class Spread:
-    """How the errors of one quantity are spread.
+class Histogram:
+    """How the errors of one quantity are distributed.
 
     Attributes
     ----------
@@ -139,7 +141,7 @@ class Spread:
     differences: tuple[float | None, ...]
 
 
-def spread(ratio: Floats, error: Floats) -> Spread:
+def histogram(ratio: Floats, error: Floats) -> Histogram:
     """Count the pixels in each band, and find the largest error there.
 
     Parameters
@@ -151,4 +153,4 @@ def spread(ratio: Floats, error: Floats) -> Spread:
     each = (error[bands == k] for k in range(len(BANDS) + 1))
     most = [float(some.max()) if len(some) else None for some in each]
     counts = np.bincount(bands.ravel(), minlength=len(BANDS) + 1)
-    return Spread(tuple(counts.tolist()), tuple(most))
+    return Histogram(tuple(counts.tolist()), tuple(most))

@@ -1,0 +1,1 @@
+"""What the pixel inspector shows, made in the worker processes that hold the arrays."""
