@@ -21,7 +21,7 @@ ATTRIBUTE = "minirt:"
 
 
 def write_exr(frame: Frame, path: Path) -> None:
-    """Write every quantity under its channel names. Not atomic; see `converters.frames.files`.
+    """Write every quantity under its channel names. Not atomic; see `converters.frames.io`.
 
     Raises
     ------

@@ -9,8 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from converters.frames.casts import Size
-from converters.frames.meta import meta_text, parse_meta
-from converters.frames.npz import read_npy
+from converters.frames.npz import meta_text, parse_meta, read_npy
 from converters.frames.single_image import SUFFIXES, read_single, write_single
 from minirt.errors import InputError
 from minirt.frame import Frame
@@ -25,7 +24,7 @@ _MAX_META_BYTES = 2**20
 
 
 def write_folder(frame: Frame, folder: Path, suffixes: Mapping[str, str]) -> None:
-    """Write each quantity into an empty folder. Not atomic; see `converters.frames.files`.
+    """Write each quantity into an empty folder. Not atomic; see `converters.frames.io`.
 
     Without a wish in `suffixes`, the masks that PNG can hold become PNG: `hit`, and `shadow`
     where `hit` is there to say where it applies: black there is 0 as well as −1, nothing hit.

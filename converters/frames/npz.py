@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -14,7 +15,6 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from converters.frames.casts import Size, as_quantity, check_size, check_type
-from converters.frames.meta import meta_text, parse_meta
 from minirt.errors import InputError
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, Quantity
@@ -27,7 +27,7 @@ _BLOCK_BYTES = 2**25
 
 
 def write_npz(frame: Frame, path: Path) -> None:
-    """Write quantities in the table's order, and `meta`. Not atomic; see `converters.frames.files`.
+    """Write quantities in the table's order, and `meta`. Not atomic; see `converters.frames.io`.
 
     Members are stored, not compressed, with a fixed date: two equal frames are equal files, on
     any machine and with any version of zlib. Arrays go out a block of rows at a time.
@@ -84,6 +84,28 @@ def read_npy(path: Path, quantity: Quantity, expect: Size) -> Array:
         raise
     except Exception as error:  # whatever NumPy's parser meets
         raise _broken(path, error, "an .npy array") from None
+
+
+def meta_text(meta: Mapping[str, str]) -> str:
+    """The JSON text; the same for the same content."""
+    return json.dumps(dict(meta), sort_keys=True)
+
+
+def parse_meta(text: str, where: str) -> dict[str, str]:
+    """What `meta_text` wrote; values that are not strings are kept as their JSON text.
+
+    Raises
+    ------
+    InputError
+        Not the JSON text of an object.
+    """
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError("not JSON", where=where, got=str(error)[:200]) from None
+    if not isinstance(document, dict):
+        raise InputError("not a JSON object", where=where, got=text[:80])
+    return {k: v if isinstance(v, str) else json.dumps(v) for k, v in document.items()}
 
 
 def _write_member(archive: zipfile.ZipFile, name: str, array: Array) -> None:

@@ -28,7 +28,7 @@ _MASKS = ("hit", "shadow", "tir")
 
 
 def write_single(frame: Frame, name: str, path: Path) -> None:
-    """Write one quantity to a file whose suffix says how. Not atomic; see `frames.files`.
+    """Write one quantity to a file whose suffix says how. Not atomic; see `frames.io`.
 
     Raises
     ------

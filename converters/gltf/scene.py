@@ -16,30 +16,24 @@ and the root node puts them in their place: see `converters.placement`.
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from converters.atomic import atomic_file
 from converters.gltf.glb import Buffer
 from converters.gltf.materials import material_to_gltf, used_extensions
+from converters.gltf.view import camera, camera_node, light, light_node
 from converters.placement import Placement, fitted_placement
 from converters.tessellate import ball_within
 from minirt.errors import InputError
 from minirt.scene import Object, Scene, Sphere
-from minirt.screen import VirtualScreen
-from minirt.vectors import Floats, Ints, cross, unit
+from minirt.vectors import Floats, Ints
 
 Description = dict[str, Any]
 
 #: Largest distance of a sphere's triangles from it, over its radius.
 CHORD_ERROR = 2e-3
-#: The camera's near plane over the scene's extent.
-_NEAR = 2.0**-10
 
 
 def export_gltf(scene: Scene, path: str | Path) -> None:
@@ -74,11 +68,11 @@ def gltf_bytes(scene: Scene) -> bytes:
         "asset": {"version": "2.0", "generator": "minirt"},
         "scene": 0,
         "scenes": [{"nodes": [count, count + 1, count + 2]}],
-        "nodes": [*objects, root, _camera_node(scene.screen), _light_node(scene)],
+        "nodes": [*objects, root, camera_node(scene.screen), light_node(scene)],
         "meshes": meshes.found,
-        "cameras": [_camera(scene)],
+        "cameras": [camera(scene)],
         "materials": materials,
-        "extensions": {"KHR_lights_punctual": {"lights": [_light(scene.light_color)]}},
+        "extensions": {"KHR_lights_punctual": {"lights": [light(scene.light_color)]}},
         "extensionsUsed": ["KHR_lights_punctual", *used_extensions(materials)],
     }
     return buffer.file(document)
@@ -129,61 +123,3 @@ class _Meshes:
     def _add(self, material: str, triangles: Description) -> int:
         self.found.append({"primitives": [triangles | {"material": self._materials[material]}]})
         return len(self.found) - 1
-
-
-def _camera(scene: Scene) -> Description:
-    """The centred camera that just contains the screen; the screen itself under ``extras``."""
-    screen = scene.screen
-    width, height = max(-screen.l, screen.r), max(-screen.b, screen.t)
-    return {
-        "type": "perspective",
-        "perspective": {
-            "yfov": 2 * math.atan2(height, abs(screen.nu)),
-            "aspectRatio": width / height,
-            "znear": _NEAR * scene.extent,
-        },
-        "extras": {"screen": asdict(screen)},
-    }
-
-
-def _camera_node(screen: VirtualScreen) -> Description:
-    """A camera looks along −z, x to the right, y up; its frame is right-handed."""
-    z = -math.copysign(1.0, screen.nu) * np.array(screen.n)
-    y = np.array(screen.v)
-    return {"name": "screen", "camera": 0, "matrix": _matrix(cross(y, z), y, z, screen.P0)}
-
-
-def _light(color: tuple[float, float, float]) -> Description:
-    """π times the colour: a Lambertian surface then sends back diffuse · color · cos θ."""
-    brightest = max(color) or 1.0
-    return {
-        "type": "directional",
-        "color": [channel / brightest for channel in color],
-        "intensity": math.pi * max(color),
-    }
-
-
-def _light_node(scene: Scene) -> Description:
-    """A directional light shines along its node's −z."""
-    l = np.array(scene.light_direction)
-    z = -unit(l / np.abs(l).max())  # no overflow in the length
-    x = _sideways(z)
-    light = {"KHR_lights_punctual": {"light": 0}}
-    return {
-        "name": "light",
-        "matrix": _matrix(x, cross(z, x), z, scene.screen.P0),
-        "extensions": light,
-    }
-
-
-def _sideways(z: Floats) -> Floats:
-    """A unit vector perpendicular to the unit vector z."""
-    axis = np.zeros(3)
-    axis[np.abs(z).argmin()] = 1.0
-    return unit(cross(axis, z))
-
-
-def _matrix(x: Floats, y: Floats, z: Floats, origin: tuple[float, float, float]) -> list[float]:
-    """A node's matrix, column by column."""
-    columns = (*((*axis.tolist(), 0.0) for axis in (x, y, z)), (*origin, 1.0))
-    return [value for column in columns for value in column]

@@ -15,9 +15,9 @@ import numpy as np
 
 from converters.atomic import atomic_folder, require_replaceable
 from converters.mitsuba.materials import Description, material_to_dict, rgb
+from converters.mitsuba.ply import write_ply
 from converters.mitsuba.xml import scene_xml
 from converters.placement import IDENTITY, Placement
-from converters.ply import write_ply
 from minirt.errors import InputError
 from minirt.scene import Object, Scene, Sphere
 from minirt.screen import VirtualScreen

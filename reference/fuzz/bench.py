@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from converters.frames.files import read_frame
+from converters.frames.io import read_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Scene

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from converters.frames.casts import as_quantity, check_size
-from converters.frames.files import read_frame
+from converters.frames.io import read_frame
 from converters.placement import IDENTITY, fitted_placement
 from converters.scene_folder import plain_document, write_scene_folder
 from minirt.errors import InputError, MinirtError, ReferenceError

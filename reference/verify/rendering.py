@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from minirt.scene import Scene
 from reference.cache import Cache, timed_rendering
 from reference.compare.check import State, without_answer

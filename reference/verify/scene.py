@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from converters.frames.files import read_frame
+from converters.frames.io import read_frame
 from minirt.frame import Frame
 from minirt.scene import Scene
 from reference.cache import Cache

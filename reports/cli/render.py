@@ -88,7 +88,7 @@ def resized(scene: Scene, size: str) -> Scene:
 
 def writer(out: str, names: tuple[str, ...] | None) -> Callable[[Frame], None]:
     """What writes a frame to a path of this name."""
-    from converters.frames.files import write_frame, write_image
+    from converters.frames.io import write_frame, write_image
 
     if names is not None and Path(out).suffix.lower() in _PICTURES:
         return lambda frame: write_image(frame, names[0], out)

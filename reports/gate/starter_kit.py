@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from converters.atomic import atomic_folder
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from converters.scene_folder import write_scene_folder
 from minirt import load_scene
 from minirt.errors import InputError

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from converters.frames.files import read_frame, write_frame
+from converters.frames.io import read_frame, write_frame
 from minirt.errors import MinirtError
 from minirt.quantities import QUANTITIES, STAGES
 from reference.cache import Cache

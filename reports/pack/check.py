@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from converters.frames.files import read_frame
+from converters.frames.io import read_frame
 from minirt import load_scene
 from minirt.errors import MinirtError
 from minirt.frame import Array

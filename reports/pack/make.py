@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from converters.atomic import atomic_folder, require_replaceable
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from converters.scene_folder import write_scene_folder
 from minirt.errors import InputError, ReferenceError
 from minirt.quantities import QUANTITIES

@@ -13,7 +13,7 @@ import pytest
 
 from converters import atomic
 from converters.atomic import atomic_file, atomic_folder
-from converters.frames.files import read_frame, write_frame
+from converters.frames.io import read_frame, write_frame
 from minirt.errors import InputError
 from minirt.frame import Frame
 
@@ -21,9 +21,9 @@ from minirt.frame import Frame
 SLOW_WRITER = """
 import sys, time
 import numpy as np
-from converters import frame_npz, frames, images
+from converters.frames import images, io, npz
 from minirt.frame import Frame
-frame_npz._BLOCK_BYTES = images.BLOCK_BYTES = 1
+npz._BLOCK_BYTES = images.BLOCK_BYTES = 1
 class Slow(np.ndarray):
     def __getitem__(self, key):
         if isinstance(key, slice) and key.start > 0:
@@ -31,7 +31,7 @@ class Slow(np.ndarray):
             time.sleep(60)
         return super().__getitem__(key)
 depth = np.ones((40, 40)).view(Slow)
-frames.write_frame(Frame({"depth": depth}), sys.argv[1])
+io.write_frame(Frame({"depth": depth}), sys.argv[1])
 """
 
 
@@ -95,7 +95,7 @@ def test_a_full_disk_is_one_clear_error(tmp_path: Path) -> None:
     """A limit on the size of files stands in for it."""
     code = (
         "import resource, signal, sys, numpy as np\n"
-        "from converters.frames.files import write_frame; from minirt.frame import Frame\n"
+        "from converters.frames.io import write_frame; from minirt.frame import Frame\n"
         "from minirt.errors import InputError\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))\n"

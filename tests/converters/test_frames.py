@@ -21,8 +21,8 @@ from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 from PIL import Image
 
-from converters.frames.files import read_frame, write_frame, write_image
 from converters.frames.folder import META_FILE
+from converters.frames.io import read_frame, write_frame, write_image
 from converters.frames.srgb import linear_light, srgb_codes
 from minirt.errors import InputError
 from minirt.frame import Frame

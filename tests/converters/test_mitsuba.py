@@ -15,9 +15,9 @@ import trimesh
 import minirt
 from converters.frames.images import open_image
 from converters.mitsuba.materials import is_exact, material_to_dict
+from converters.mitsuba.ply import write_ply
 from converters.mitsuba.scene import camera_fault, export_mitsuba, object_key, scene_to_dict
 from converters.placement import COMFORTABLE, IDENTITY, Placement, fitted_placement, reach
-from converters.ply import write_ply
 from minirt.errors import InputError
 from minirt.scene import Material, Scene
 from minirt.vectors import Floats

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import minirt
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from minirt.frame import Frame
 from minirt.rules import Rules
 from minirt.screen import VirtualScreen, pixel_center

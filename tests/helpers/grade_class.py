@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from converters.scene_folder import plain_document
 from minirt import load_scene
 from minirt.frame import Frame

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from converters.frames.files import read_frame
+from converters.frames.io import read_frame
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene

@@ -20,7 +20,7 @@ import pytest
 from distributed import Client
 
 import minirt
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from minirt.errors import InputError, ReferenceError
 from minirt.scene import Scene
 from reference import registry

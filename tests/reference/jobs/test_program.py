@@ -23,7 +23,7 @@ import OpenImageIO as oiio
 import pytest
 
 import minirt
-from converters.frames.files import read_frame, write_frame
+from converters.frames.io import read_frame, write_frame
 from minirt.errors import InputError, ReferenceError
 from minirt.frame import Frame
 from reference.compare.comparison import compare

@@ -21,7 +21,7 @@ import pytest
 import trimesh
 
 import minirt
-from converters.frames.files import read_frame
+from converters.frames.io import read_frame
 from minirt.scene_file.atlas import atlas_names
 from reference import registry
 from reports import doctor as doctors

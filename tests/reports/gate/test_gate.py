@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from converters.scene_folder import plain_document
 from minirt.frame import Frame
 from minirt.render import render

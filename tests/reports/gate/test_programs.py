@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import minirt
-from converters.frames.files import read_frame
+from converters.frames.io import read_frame
 from reference.renderers.mitsuba.cli import find_command
 from reports.cli.main import run
 from reports.gate.starter_kit import SCENES, STUBS

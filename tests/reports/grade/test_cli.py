@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from reports.cli.main import run
 from tests.helpers.grade_class import honest, mutant, small
 

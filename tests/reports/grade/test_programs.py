@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from minirt.errors import InputError, ReferenceError
 from minirt.explain.pixel import explain
 from reference.cache import Cache

@@ -105,7 +105,7 @@ def test_one_flipped_bit_of_any_file_is_found(pack: Path, file: str, words: str)
 
 
 def test_a_changed_value_is_named_with_its_pixel(pack: Path) -> None:
-    from converters.frames.files import read_frame, write_frame
+    from converters.frames.io import read_frame, write_frame
     from minirt.frame import Frame
 
     frame = read_frame(pack / "ball" / "frame.npz")

@@ -12,7 +12,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
-from converters.frames.files import write_frame
+from converters.frames.io import write_frame
 from minirt.frame import Array
 from minirt.quantities import QUANTITIES
 from reference.compare.comparison import compare
