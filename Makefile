@@ -4,6 +4,8 @@ PYTHON ?=
 # One more than there are cores: tests wait for the programs that they start.
 JOBS ?= $(shell expr $$(nproc) + 1)
 REPORT ?= report
+# The tests of a file stay together where they can: they share what is costly to make.
+PYTEST := -n $(JOBS) --dist worksteal
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -16,21 +18,40 @@ UV := uv==0.13.9
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help verify test bench setup format lock clean again
+.PHONY: help verify test test-all test-fast test-rest lint types architecture
+.PHONY: bench setup format lock clean again
 .DELETE_ON_ERROR:
 
 help:  ## this list
-	@sed -n 's/^\([a-z]*\):.*## /make \1\t/p' $(MAKEFILE_LIST) | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## /make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
 verify: $(READY)  ## render the atlas here and in Mitsuba, compare, leave the report in report/
 	$(BIN)/minirt verify --out $(REPORT)
 
-test: $(READY) $(TESTABLE)  ## lint, format, types, architecture, tests
-	$(BIN)/ruff check
-	$(BIN)/ruff format --check
-	$(BIN)/mypy
-	$(BIN)/lint-imports
-	$(BIN)/pytest -n $(JOBS)
+test: $(READY) $(TESTABLE)  ## lint, types, architecture and the fast tests, side by side: 4 minutes
+	@$(MAKE) --no-print-directory --keep-going --jobs=4 lint types architecture test-fast
+
+test-all: test  ## every test
+	@$(MAKE) --no-print-directory test-rest
+
+# Two tiers (tests/conftest.py): each test is in exactly one.
+test-fast: $(READY) $(TESTABLE)  ## only the fast tests
+	$(BIN)/pytest $(PYTEST) -m 'not full'
+
+test-rest: $(READY) $(TESTABLE)  ## only the tests that `make test` leaves out
+	$(BIN)/pytest $(PYTEST) -m 'full'
+
+# A check says one line where all is well, and all that it found where it is not.
+said = @found=$$({ $(1); } 2>&1) && echo "$@: no fault" || { echo "$$found"; exit 1; }
+
+lint: $(READY)  ## the linter and the format
+	$(call said,$(BIN)/ruff check && $(BIN)/ruff format --check)
+
+types: $(READY)  ## mypy, strict
+	$(call said,$(BIN)/mypy)
+
+architecture: $(READY)  ## imports go one way
+	$(call said,$(BIN)/lint-imports --no-logo)
 
 bench: $(READY) $(TESTABLE)  ## minirt's speed beside that of whatever else is here
 	$(BIN)/pytest tests/bench -c tests/bench/pytest.toml --benchmark-json=bench.json

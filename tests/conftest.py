@@ -1,4 +1,16 @@
-"""What several files of tests are given."""
+"""The two tiers of the tests, and what several files of tests are given.
+
+**Fast** is every test without a mark: ``make test`` runs it, with the linters beside it, in under
+four minutes on two cores. It has the whole power: it kills every mutant of the catalogue, and holds
+every reference on small images of the whole atlas and on a few scenes at full size.
+
+**Full** is what bears ``@pytest.mark.full``: the same at full size, with more seeds, more kills,
+more commands through real programs. ``make test-rest`` runs it, ``make test-all`` both.
+
+A test bears the mark if it takes long and the fast tier holds the same claim on a smaller case.
+``tests/house/test_tiers.py`` proves that each test is in exactly one tier. In neither is a test
+skipped: what is missing on a machine makes a test fail, or is a reason that the test checks.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +20,19 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.postgres_server import Server, running
+from tests.helpers.tiers import COLLECTED
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Let ``-k`` find a test by the names that its mark ``also_named`` gives it."""
+    for mark in item.iter_markers("also_named"):
+        item.extra_keyword_matches.update(mark.args)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep all that was collected, before ``-m`` and ``-k`` choose."""
+    config.stash[COLLECTED] = tuple(items)
 
 
 @pytest.fixture(scope="session")
