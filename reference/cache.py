@@ -30,7 +30,7 @@ from minirt.frame import Array, Frame
 from minirt.render import frame_meta
 from minirt.scene import Facets, Scene
 from reference.compare.stability import Exact, Stability, exact_answer, stability_of
-from reference.identity import source_digest
+from reference.jobs.identity import source_digest
 from reference.source import Declared, Reference, Rendering, Reproducible
 
 #: Bytes on disk beyond which what was not used for longest is removed.

@@ -1,1 +1,1 @@
-"""Work in other processes and on other machines: isolated, watched, cleaned up."""
+"""Run jobs in other processes and on other machines: isolated, limited, with nothing left over."""

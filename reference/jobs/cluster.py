@@ -1,7 +1,7 @@
-"""Jobs handed to any executor: whole, since its workers may be on other machines.
+"""Run jobs on the workers of any executor of `concurrent.futures`, also on other machines.
 
-A job and its answer travel as bytes, with the meshes of their scenes; a worker that runs another
-minirt does none. Answers come as they are ready.
+A job and its outcome are sent as bytes together with the mesh files of their scenes. A worker with
+another version of minirt refuses. Outcomes arrive in the order in which jobs end.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from typing import Any, NamedTuple, Self
 from uuid import uuid4
 
 from minirt.errors import ReferenceError
-from reference.identity import identity
+from reference.jobs.identity import identity
 from reference.jobs.isolate import Outcome
-from reference.jobs.parcel import packed, unpacked
-from reference.jobs.remote_worker import Begin, Refused, perform, this_machine
+from reference.jobs.payload import from_payload, to_payload
+from reference.jobs.remote_worker import IncompatibleWorker, OnStart, perform, this_machine
 
-#: Seconds between two looks at whether anybody is left to do the jobs.
-_LOOK = 1.0
+#: Seconds between two checks whether any worker is left.
+_CHECK_SECONDS = 1.0
 
 #: A function and its arguments, all of them picklable.
 Job = tuple[Callable[..., Any], tuple[Any, ...]]
 
 
-class _Order(NamedTuple):
-    """A job on its way: its number, a name that no other job has, and itself in a parcel."""
+class _Task(NamedTuple):
+    """A job to be sent: its number, a unique label, and its payload."""
 
     number: int
     label: str
-    job: bytes
+    payload: bytes
 
 
 class Cluster:
@@ -41,14 +41,14 @@ class Cluster:
     Parameters
     ----------
     executor : Executor
-        Of `concurrent.futures`; whoever made it shuts it down.
+        Of `concurrent.futures`; the caller shuts it down.
     workers : int
-        Jobs that it does at the same time.
+        Jobs that it runs at the same time.
     """
 
     def __init__(self, executor: Executor, workers: int = 1) -> None:
         self._executor, self._workers = executor, workers
-        self._rooms = count()
+        self._folders = count()
 
     def __enter__(self) -> Self:
         self._scratch = TemporaryDirectory(prefix="minirt-")
@@ -58,86 +58,86 @@ class Cluster:
         self._scratch.cleanup()
 
     def outcomes(self, jobs: Iterable[Job]) -> Generator[tuple[int, Outcome]]:
-        """Do jobs; yield each one's number and how it ended, as they end.
+        """Run jobs; yield the number and the outcome of each one as it ends.
 
-        A job is drawn when a worker is free: one that waited at a worker's door would be blamed for
-        its death, and idle ones would not get it. Those that have not begun are cancelled when
-        nobody asks any further.
+        A job is submitted when a worker is free: one that waited at a worker would be blamed for
+        that worker's death, and idle workers would not get it. When the generator is closed, jobs
+        that have not started are cancelled.
 
         Raises
         ------
-        Refused
+        IncompatibleWorker
             A worker runs another minirt.
         ReferenceError
-            Nobody is left to do the jobs.
+            No worker is left.
         """
-        waiting: dict[Future[bytes], _Order] = {}
-        orders = (_Order(k, uuid4().hex, packed(job)) for k, job in enumerate(jobs))
+        waiting: dict[Future[bytes], _Task] = {}
+        tasks = (_Task(k, uuid4().hex, to_payload(job)) for k, job in enumerate(jobs))
         try:
             while True:
-                self._fill(waiting, orders)
+                self._fill(waiting, tasks)
                 if not waiting:
                     return
-                ended, _ = wait(waiting, _LOOK, FIRST_COMPLETED)
+                ended, _ = wait(waiting, _CHECK_SECONDS, FIRST_COMPLETED)
                 if not ended:
-                    self._look()
+                    self._check_workers()
                 for future in ended:
-                    order = waiting.pop(future)
-                    outcome = self._outcome(future, order)
+                    task = waiting.pop(future)
+                    outcome = self._outcome(future, task)
                     if outcome is None:
-                        waiting[self._submit(order)] = order
+                        waiting[self._submit(task)] = task
                     else:
-                        yield order.number, outcome
+                        yield task.number, outcome
         finally:
             for future in waiting:
                 future.cancel()
 
-    def _fill(self, waiting: dict[Future[bytes], _Order], orders: Iterator[_Order]) -> None:
-        while len(waiting) < max(1, self._width()):
-            order = next(orders, None)
-            if order is None:
+    def _fill(self, waiting: dict[Future[bytes], _Task], tasks: Iterator[_Task]) -> None:
+        while len(waiting) < max(1, self._capacity()):
+            task = next(tasks, None)
+            if task is None:
                 return
-            waiting[self._submit(order)] = order
+            waiting[self._submit(task)] = task
 
-    def _submit(self, order: _Order) -> Future[bytes]:
+    def _submit(self, task: _Task) -> Future[bytes]:
         try:
-            begin = self._begin(order.label)
-            return self._executor.submit(perform, identity(), order.job, begin)
+            on_start = self._on_start(task.label)
+            return self._executor.submit(perform, identity(), task.payload, on_start)
         except RuntimeError as error:  # one of several processes died, and none is left
             raise ReferenceError("the executor takes no more jobs", got=str(error)) from None
 
-    def _outcome(self, future: Future[bytes], order: _Order) -> Outcome | None:
-        """How a job ended; None where it is to be done again."""
+    def _outcome(self, future: Future[bytes], task: _Task) -> Outcome | None:
+        """How a job ended; None if it has to run again."""
         try:
             answer = future.result()
         except Exception as error:  # a CancelledError among them
-            return self._died(error, order.label)
-        outcome: Outcome = unpacked(answer, self._room())
-        if isinstance(outcome.value, Refused):
+            return self._lost(error, task.label)
+        outcome: Outcome = from_payload(answer, self._folder())
+        if isinstance(outcome.value, IncompatibleWorker):
             raise outcome.value
         return outcome
 
-    def _room(self) -> Path:
-        return Path(self._scratch.name) / str(next(self._rooms))
+    def _folder(self) -> Path:
+        return Path(self._scratch.name) / str(next(self._folders))
 
-    def _width(self) -> int:
-        """Jobs that are done at the same time, now."""
+    def _capacity(self) -> int:
+        """The number of jobs that can run at the same time now."""
         return self._workers
 
-    def _begin(self, label: str) -> Begin:
-        """What notes that one job begins on a worker."""
+    def _on_start(self, label: str) -> OnStart:
+        """What a worker calls when it starts one job."""
         return this_machine
 
-    def _look(self) -> None:
-        """See whether anybody is left to do the jobs.
+    def _check_workers(self) -> None:
+        """Check that a worker is left, or may still come.
 
         Raises
         ------
         ReferenceError
         """
 
-    def _died(self, error: Exception, label: str) -> Outcome | None:
-        """How a job ended that got no answer; None where it is to be done again."""
+    def _lost(self, error: Exception, label: str) -> Outcome | None:
+        """How a job ended whose outcome did not arrive; None if it has to run again."""
         return Outcome("crashed", None, f"its worker died: {type(error).__name__}: {error}")
 
 

@@ -23,13 +23,14 @@ from typing import Any, Literal, NoReturn
 from pebble import ProcessExpired, ProcessFuture, ProcessPool
 
 from minirt.errors import MinirtError
+from minirt.memory import keep_freed_memory
 from reference.jobs.processes import SET_PDEATHSIG, prctl
 
-#: The status of a process that its job ended with status 0.
+#: The exit status of a process whose job tried to end it with status 0.
 _SILENT = 240
 #: Bytes of a folder's name that leave room for a socket's in it: 108 less `pymp-…/listener-…`.
 _LONGEST = 108 - 36
-#: Packages of which a new process has what the starting one has.
+#: Packages whose modules a new process imports if the starting one has.
 _OURS = frozenset(("minirt", "converters", "reference", "reports"))
 #: Bytes of a job's last output that are kept for the report.
 _TAIL = 4000
@@ -87,22 +88,22 @@ class Workers:
     def submit(self, timeout: float | None, job: Callable[..., Any], *args: Any) -> Job:
         """Run ``job(*args)`` in a child, for at most `timeout` seconds."""
         log = Path(self._logs.name) / f"{next(self._numbers)}.log"
-        # Here and now: the pool would do it in a thread of its own, while this one changes things.
-        given = [str(log), dict(os.environ), pickle.dumps((job, args))]
-        future = self._pool.schedule(_run, args=given, timeout=timeout)
+        # Pickle now: the pool would do it in another thread, while this one may change things.
+        arguments = [str(log), dict(os.environ), pickle.dumps((job, args))]
+        future = self._pool.schedule(_run, args=arguments, timeout=timeout)
         return Job(future, log, timeout)
 
 
 @dataclass(frozen=True)
 class Job:
-    """A job that was handed to a child process."""
+    """A job that runs, or waits to run, in a child process."""
 
     future: ProcessFuture[Any]
     log: Path
     timeout: float | None
 
     def outcome(self) -> Outcome:
-        """Wait for it, and say how it ended. Never raises what happened in the child."""
+        """Wait for the job and return how it ended. Never raises what happened in the child."""
         try:
             return Outcome("done", self.future.result())
         except JobTimeout:
@@ -110,7 +111,7 @@ class Job:
             return Outcome("timed out", None, reason, self._tail())
         except ProcessExpired as error:
             return Outcome("crashed", None, death(error.exitcode), self._tail())
-        except Exception as error:  # whatever the job raised is its answer
+        except Exception as error:  # what the job raised is its outcome
             reason = f"{type(error).__name__}: {error}"
             return Outcome("raised", error, reason, self._tail())
 
@@ -129,7 +130,7 @@ def death(exitcode: int | None) -> str:
 
 
 def get_ready(*modules: str) -> None:
-    """Begin to import modules in the process that jobs are forked from, while this one goes on."""
+    """Start the process that jobs are forked from, which imports modules while this one goes on."""
     context = _context(modules)
     if context.get_start_method() == "forkserver":
         forkserver.ensure_running()
@@ -137,40 +138,42 @@ def get_ready(*modules: str) -> None:
 
 @cache
 def _context(beside: tuple[str, ...] = ()) -> BaseContext:
-    """Processes forked from one that has imported what of ours this one has, and nothing else.
+    """Fork jobs from a process that has imported those of our modules that this one has.
 
-    It has run no job, holds no renderer's library and has no threads: its forks start as clean as
-    new interpreters, in a twentieth of their time. It is spoken to through a socket in the folder
-    for temporary files; where that has too long a name for one, there are new interpreters.
+    That process has run no job, holds no renderer's library and has no threads: its forks start as
+    clean as new interpreters, in a twentieth of their time. It listens on a socket in the folder
+    for temporary files; if the folder's name is too long for a socket, jobs run in new
+    interpreters.
     """
     if len(os.fsencode(gettempdir())) > _LONGEST:
         return multiprocessing.get_context("spawn")
     ours = [name for name in sys.modules if name.partition(".")[0] in _OURS]
-    multiprocessing.set_forkserver_preload([*beside, *ours, "reference.jobs.die_with_parent"])
+    multiprocessing.set_forkserver_preload([*beside, *ours, "reference.jobs.fork_server"])
     return multiprocessing.get_context("forkserver")
 
 
 def _run(log: str, environment: dict[str, str], pickled: bytes) -> Any:
     os.environ.clear()
     os.environ.update(environment)
-    prctl(SET_PDEATHSIG, signal.SIGKILL)  # nobody is left to hear an answer
+    prctl(SET_PDEATHSIG, signal.SIGKILL)  # nobody waits for the answer any more
+    keep_freed_memory()
     with _output_into(log), _no_silent_exit():
         try:
             job, args = pickle.loads(pickled)  # noqa: S301 - this run's own
             return job(*args)
-        except MinirtError:  # says all there is to say
+        except MinirtError:  # its message says everything
             raise
         except Exception:
             traceback.print_exc()
             raise
-        except BaseException as error:  # what would end the process that hears of it: sys.exit()
+        except BaseException as error:  # SystemExit would end the process that receives it
             traceback.print_exc()
             raise RuntimeError(f"{type(error).__name__} raised: {error}") from None
 
 
 @contextmanager
 def _no_silent_exit() -> Iterator[None]:
-    """Let no job end this process with status 0: the pool would wait for its answer for ever."""
+    """Replace exit status 0 of a job by another: the pool would wait for its answer for ever."""
     real, here = os._exit, os.getpid()
 
     def leave(status: int) -> NoReturn:
@@ -185,7 +188,7 @@ def _no_silent_exit() -> Iterator[None]:
 
 @contextmanager
 def _output_into(log: str) -> Iterator[None]:
-    """Standard output and error of this process, C libraries included, into a file meanwhile."""
+    """Redirect standard output and error of this process, C libraries included, into a file."""
     kept = [os.dup(1), os.dup(2)]
     target = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     try:
@@ -194,7 +197,7 @@ def _output_into(log: str) -> Iterator[None]:
         yield
     finally:
         for stream in (sys.stdout, sys.stderr):
-            with suppress(Exception):  # the job may have put anything, or nothing, in its place
+            with suppress(Exception):  # the job may have replaced it by anything
                 stream.flush()
         for number, descriptor in zip((1, 2), kept, strict=True):
             os.dup2(descriptor, number)

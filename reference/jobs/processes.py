@@ -1,4 +1,4 @@
-"""A tree of processes as Linux shows it in /proc: what it uses, and how to end all of it."""
+"""A tree of processes as Linux shows it in /proc: what it uses, and how to end it."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Process:
     alive : bool
         False for a zombie.
     start : int
-        Ticks from the machine's start to its own: with `pid`, what tells it from every other.
+        Ticks between the machine's start and its own; unique together with `pid`.
     seconds : float
-        CPU time of itself and of the children that it has waited for.
+        CPU time of the process and of the children that it has waited for.
     threads : int
     resident : int
-        Bytes of memory, those that it shares with others included.
+        Bytes of memory, shared pages included.
     """
 
     pid: int
@@ -66,7 +66,7 @@ def all_processes() -> list[Process]:
 
 
 def descendants(processes: Iterable[Process], roots: Collection[int]) -> list[Process]:
-    """Those among `processes` that come from `roots`, the roots themselves left out."""
+    """The descendants of `roots` among `processes`, without the roots themselves."""
     children: dict[int, list[Process]] = {}
     for process in processes:
         children.setdefault(process.parent, []).append(process)
@@ -81,10 +81,10 @@ def descendants(processes: Iterable[Process], roots: Collection[int]) -> list[Pr
 
 
 def end_descendants(root: int, patience: float = 10.0) -> None:
-    """Kill all that comes from `root`, again and again until nothing of it is alive.
+    """Kill all descendants of `root`, again and again until none is alive.
 
-    What ends leaves its children to `root`, provided that this is a subreaper (`prctl(2)`): then
-    nothing gets away by a double fork.
+    If `root` is a subreaper (`prctl(2)`), it becomes the parent of every orphan among them: none
+    escapes by a double fork.
     """
     deadline = time.monotonic() + patience
     while time.monotonic() < deadline:
@@ -94,8 +94,8 @@ def end_descendants(root: int, patience: float = 10.0) -> None:
         _kill(alive)
 
 
-def end_remembered(known: Collection[tuple[int, int]], patience: float = 10.0) -> None:
-    """Kill processes that were seen as (pid, start), their descendants, and their sessions."""
+def end_known(known: Collection[tuple[int, int]], patience: float = 10.0) -> None:
+    """Kill processes, known by (pid, start), with their descendants and their sessions."""
     deadline = time.monotonic() + patience
     sessions: set[int] = set()
     while time.monotonic() < deadline:
@@ -110,7 +110,7 @@ def end_remembered(known: Collection[tuple[int, int]], patience: float = 10.0) -
 
 
 def marked_processes(mark: str) -> set[tuple[int, int]]:
-    """Processes as (pid, start) that were started with a variable, ``NAME=value``."""
+    """Processes, as (pid, start), whose environment holds a variable, ``NAME=value``."""
     found = set()
     for process in all_processes():
         with suppress(OSError):  # it has just ended, or is not ours to look into
@@ -121,7 +121,7 @@ def marked_processes(mark: str) -> set[tuple[int, int]]:
 
 
 def proportional_memory(processes: Iterable[Process]) -> int:
-    """Bytes that they hold together, each shared page counted once among those who share it."""
+    """Bytes that the processes hold together; each shared page is split among its users."""
     total = 0
     for process in processes:
         try:
@@ -132,8 +132,8 @@ def proportional_memory(processes: Iterable[Process]) -> int:
     return total
 
 
-def nameless_bytes(processes: Iterable[Process]) -> int:
-    """Bytes of the files that they hold open and that no folder names any more."""
+def deleted_bytes(processes: Iterable[Process]) -> int:
+    """Bytes of the files that they hold open and that have been deleted from every folder."""
     sizes: dict[tuple[int, int], int] = {}
     for process in processes:
         with suppress(OSError):  # it has just ended, or is not ours to look into

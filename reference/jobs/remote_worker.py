@@ -1,8 +1,8 @@
-"""Jobs on a worker of somebody else's executor: each in a process that may start its own.
+"""What runs on a worker of an executor: each job in a process that may start its own processes.
 
-A worker may be a daemon, which multiprocessing lets start nothing; it may hold threads and
-libraries of its scheduler. So every thread of a worker keeps one new interpreter beside itself,
-a foreman, to which the jobs go; renderers run in children of that one.
+A worker may be a daemon, which multiprocessing does not allow to start processes; it may have
+threads and libraries of its scheduler. So every thread of a worker keeps one new interpreter for
+its jobs (`_JobProcess`), and renderers run in child processes of that one.
 """
 
 from __future__ import annotations
@@ -23,101 +23,105 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from minirt.errors import InputError
-from reference.identity import identity
+from minirt.memory import keep_freed_memory
+from reference.jobs.identity import identity
 from reference.jobs.isolate import Outcome, death
-from reference.jobs.parcel import packed, unpacked
+from reference.jobs.payload import from_payload, to_payload
 from reference.jobs.processes import SET_PDEATHSIG, prctl
 
-#: What a foreman runs: it finds modules where its worker does.
+#: What a job process runs; it searches for modules in the same places as its worker.
 _SERVE = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[2])
 from reference.jobs.remote_worker import serve
 serve(int(sys.argv[1]))
 """
-#: Dask has its workers give freed memory back to the system at once. Of what renders, that would
-#: more than double the time: see `minirt.memory.keep_freed_memory`.
-_NOT_HANDED_ON = "MALLOC_TRIM_THRESHOLD_"
-#: Seconds for a foreman whose line is closed to end.
+#: Dask makes its workers return freed memory to the system at once. That would more than double
+#: the time of a rendering: see `minirt.memory.keep_freed_memory`.
+_NOT_INHERITED = "MALLOC_TRIM_THRESHOLD_"
+#: Seconds in which a job process must end after its connection is closed.
 _PATIENCE = 10.0
-_ours = threading.local()
+_thread = threading.local()
 
-#: Notes on a worker that a job begins there, and names the worker. Picklable.
-Begin = Callable[[], str]
+#: Called on a worker when it starts a job; returns the worker's name. Picklable.
+OnStart = Callable[[], str]
 
 
-class Refused(InputError):
-    """A worker cannot do our jobs, so that none of its answers would be what they should be."""
+class IncompatibleWorker(InputError):
+    """A worker cannot run our jobs, or would answer them with another version of minirt."""
 
 
 class TooManyDeaths(Exception):
-    """Workers died, one after another, when a job ran there; the message names them."""
+    """Several workers died, one after another, of the same job; the message names them."""
 
 
 def this_machine() -> str:
-    """The name of the machine that a job begins on. A `Begin` that notes nothing."""
+    """The name of this machine. An `OnStart` that records nothing."""
     return platform.node()
 
 
-def perform(program: str, job: bytes, begin: Begin) -> bytes:
-    """Do a job for somebody who runs `program`, on a worker; the packed `Outcome`.
+def perform(program: str, job: bytes, on_start: OnStart) -> bytes:
+    """Run a job on a worker; return the payload of its `Outcome`.
 
     Parameters
     ----------
     program : str
-        Their `identity`.
+        The `identity` of the minirt that sends the job.
     job : bytes
-        A packed (function, arguments).
-    begin : callable
+        The payload of (function, arguments).
+    on_start : callable
     """
     try:
-        worker = begin()
+        worker = on_start()
     except TooManyDeaths as error:
-        return packed(Outcome("crashed", None, str(error)))
-    foreman: _Foreman | None = getattr(_ours, "foreman", None)
-    if foreman is None:
-        foreman = _ours.foreman = _Foreman()
-    answer = foreman.ask((program, worker, job))
+        return to_payload(Outcome("crashed", None, str(error)))
+    process: _JobProcess | None = getattr(_thread, "process", None)
+    if process is None:
+        process = _thread.process = _JobProcess()
+    answer = process.run((program, worker, job))
     if answer is not None:
         return answer
-    del _ours.foreman
-    return packed(Outcome("crashed", None, foreman.death()))
+    del _thread.process
+    return to_payload(Outcome("crashed", None, process.death()))
 
 
-class _Foreman:
-    """One interpreter, and the line to it. It ends when nobody holds it, or its starter ends."""
+class _JobProcess:
+    """One interpreter that runs jobs, and the connection to it.
+
+    It ends when this object is no longer used, or with the process that started it.
+    """
 
     def __init__(self) -> None:
         here, there = socket.socketpair()
         where = [place for place in sys.path if place]
         command = [sys.executable, "-P", "-c", _SERVE, str(there.fileno()), json.dumps(where)]
-        env = {name: value for name, value in os.environ.items() if name != _NOT_HANDED_ON}
+        env = {name: value for name, value in os.environ.items() if name != _NOT_INHERITED}
         with there:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, pass_fds=[there.fileno()],
                 start_new_session=True, env=env,
             )  # fmt: skip
-        self._line: Connection[Any, Any] = Connection(here.detach())
-        self._end = weakref.finalize(self, _ended, self._line, self._process)
-        self._end.atexit = False  # it is killed then, and nobody waits for the job that it does
+        self._connection: Connection[Any, Any] = Connection(here.detach())
+        self._end = weakref.finalize(self, _close, self._connection, self._process)
+        self._end.atexit = False  # at exit it is killed, and its job is not waited for
 
-    def ask(self, order: tuple[str, str, bytes]) -> bytes | None:
-        """What it answers; None where it has died instead."""
+    def run(self, task: tuple[str, str, bytes]) -> bytes | None:
+        """Have a job run; the payload of its outcome, or None if the process died."""
         try:
-            self._line.send(order)
-            return self._line.recv_bytes()
+            self._connection.send(task)
+            return self._connection.recv_bytes()
         except (OSError, EOFError):
             return None
 
     def death(self) -> str:
-        """How it has died."""
+        """How the process died."""
         self._end()
         return death(self._process.returncode)
 
 
-def _ended(line: Connection[Any, Any], process: subprocess.Popen[bytes]) -> None:
-    """Close a foreman's line, and wait for it to end."""
-    line.close()
+def _close(connection: Connection[Any, Any], process: subprocess.Popen[bytes]) -> None:
+    """Close the connection to a job process, and wait for it to end."""
+    connection.close()
     try:
         process.wait(_PATIENCE)
     except subprocess.TimeoutExpired:
@@ -126,34 +130,35 @@ def _ended(line: Connection[Any, Any], process: subprocess.Popen[bytes]) -> None
 
 
 def serve(descriptor: int) -> None:
-    """Do the jobs that come in on a line until it is closed. What a foreman does."""
-    prctl(SET_PDEATHSIG, signal.SIGKILL)  # in the midst of a job too: somebody else does it again
-    with Connection(descriptor) as line:
+    """Run the jobs that arrive on a connection until it is closed: what a job process does."""
+    prctl(SET_PDEATHSIG, signal.SIGKILL)  # in the middle of a job too: another worker runs it again
+    keep_freed_memory()
+    with Connection(descriptor) as connection:
         while True:
             try:
-                order = line.recv()
+                task = connection.recv()
             except EOFError:
                 return
-            line.send_bytes(_answer(*order))
+            connection.send_bytes(_outcome(*task))
 
 
-def _answer(program: str, worker: str, job: bytes) -> bytes:
-    with TemporaryDirectory(prefix="minirt-") as room:
+def _outcome(program: str, worker: str, job: bytes) -> bytes:
+    with TemporaryDirectory(prefix="minirt-") as folder:
         try:
-            return packed(_done(program, worker, job, Path(room)))
-        except Exception as error:  # what cannot be packed, either
-            return packed(Outcome("raised", None, f"{type(error).__name__}: {error}"))
+            return to_payload(_run(program, worker, job, Path(folder)))
+        except Exception as error:  # also of one that cannot be pickled
+            return to_payload(Outcome("raised", None, f"{type(error).__name__}: {error}"))
 
 
-def _done(program: str, worker: str, job: bytes, room: Path) -> Outcome:
+def _run(program: str, worker: str, job: bytes, folder: Path) -> Outcome:
     if identity() != program:
-        fault = Refused(
+        fault = IncompatibleWorker(
             "a worker runs another minirt, whose answers may differ", where=f"worker {worker}",
             got=identity(), expected=f"{program}, as here; restart workers after an upgrade",
         )  # fmt: skip
         return Outcome("raised", fault, str(fault))
     try:
-        function, arguments = unpacked(job, room)
+        function, arguments = from_payload(job, folder)
         return Outcome("done", function(*arguments))
-    except Exception as error:  # whatever the job raised is its answer
+    except Exception as error:  # what the job raised is its outcome
         return Outcome("raised", error, f"{type(error).__name__}: {error}")

@@ -1,6 +1,6 @@
-"""The folder that another author's program may write to: what it weighs, and what lies in it.
+"""Folders that another author's program can write to: their sizes, and the files in them.
 
-Nothing in it is trusted: a symbolic link in it may point to anything.
+Nothing in them is trusted: a symbolic link may point to anything.
 """
 
 from __future__ import annotations
@@ -13,47 +13,47 @@ from pathlib import Path
 
 from minirt.errors import InputError
 
-#: More entries or levels than any frame has; counting them must not take long.
+#: Far more entries and levels than a frame needs; counting them must not take long.
 MOST_ENTRIES = 10_000
 MOST_LEVELS = 32
 
 
-def plain_files(room: Path) -> list[Path]:
-    """Every file in a folder, sorted, provided that it can be read without leaving the folder.
+def plain_files(folder: Path) -> list[Path]:
+    """Every file in a folder, sorted; each can be read without leaving the folder.
 
-    Call it when everything that could write there has ended, before anything there is read.
+    Call it after all programs that write there have ended, and before anything there is read.
 
     Raises
     ------
     InputError
         A symbolic link, a second name of a file (a hard link), a device, a pipe or a socket, a
-        name that cannot be shown, or more than can be counted. The first one is named.
+        name that cannot be shown, or too many entries. The message names the first one.
     """
     found = []
     try:
-        if not stat.S_ISDIR(room.lstat().st_mode):
-            raise InputError("not a folder", where=str(room))
-        for count, (entry, level) in enumerate(_entries(room), start=1):
+        if not stat.S_ISDIR(folder.lstat().st_mode):
+            raise InputError("not a folder", where=str(folder))
+        for count, (entry, level) in enumerate(_entries(folder), start=1):
             if count > MOST_ENTRIES or level > MOST_LEVELS:
-                raise InputError(_crowd(level), where=str(room))
-            if _is_file(entry, room):
+                raise InputError(_too_many(level), where=str(folder))
+            if _is_file(entry, folder):
                 found.append(Path(entry.path))
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise InputError("the folder cannot be read", where=str(room), got=reason) from None
+        raise InputError("the folder cannot be read", where=str(folder), got=reason) from None
     return sorted(found)
 
 
 def excess(folders: list[Path], most_file: int, most_in_all: int, beside: int = 0) -> str:
-    """What is too large in the folders of a program that still runs, as a sentence; else empty.
+    """What is too large in the folders of a running program, as a sentence; else empty.
 
     Parameters
     ----------
     folders : list of path
     most_file, most_in_all : int
-        Bytes of one file, and of all, each the larger of its length and its place on the disk.
+        Bytes of one file, and of all files; of length and space on the disk the larger counts.
     beside : int
-        Bytes that count too and that no folder shows.
+        Bytes of files that are in no folder, which count too.
     """
     total, count = beside, 0
     for folder in folders:
@@ -61,14 +61,14 @@ def excess(folders: list[Path], most_file: int, most_in_all: int, beside: int = 
             for entry, level in _entries(folder):
                 count += 1
                 if count > MOST_ENTRIES or level > MOST_LEVELS:
-                    return _crowd(level)
+                    return _too_many(level)
                 here = entry.stat(follow_symlinks=False)
                 if not stat.S_ISREG(here.st_mode):
                     continue
                 if here.st_size > most_file:
                     return f"one of its files grew beyond {size_text(most_file)}"
                 total += max(here.st_size, 512 * here.st_blocks)
-        except FileNotFoundError:  # it was removed meanwhile
+        except FileNotFoundError:  # it has just been removed
             continue
         except OSError as error:
             return f"its folder cannot be looked through: {error.strerror}"
@@ -76,23 +76,23 @@ def excess(folders: list[Path], most_file: int, most_in_all: int, beside: int = 
 
 
 def hand_over(folders: list[Path], uid: int, gid: int) -> None:
-    """Give folders and all that is in them to a user, as far as that is allowed.
+    """Give folders and all their entries to a user, as far as that is allowed.
 
-    What a program left unreadable becomes readable, and nothing keeps the right to act as its
-    owner. The programs used walk folders of any depth and follow no link in them.
+    Unreadable files become readable, and no file keeps its set-user-ID or set-group-ID. `chmod` and
+    `chown` walk folders of any depth and follow no link in them.
     """
     for command in (["chmod", "-R", "u+rwX,u-s,g-s"], ["chown", "-RhP", f"{uid}:{gid}"]):
         subprocess.run([*command, "--", *map(str, folders)], capture_output=True, check=False)
 
 
 def remove(folder: Path) -> None:
-    """Remove a folder of any depth, following no link in it."""
+    """Remove a folder of any depth without following links in it."""
     command = ["rm", "-rf", "--", str(folder)]
     subprocess.run(command, capture_output=True, check=False)
 
 
 def size_text(count: int) -> str:
-    """A number of bytes for people."""
+    """A number of bytes with its unit, such as 2 GiB."""
     for unit, name in ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB")):
         if count >= unit:
             return f"{count / unit:.3g} {name}"
@@ -100,7 +100,7 @@ def size_text(count: int) -> str:
 
 
 def _entries(folder: Path) -> Iterator[tuple[os.DirEntry[str], int]]:
-    """Each entry below a folder with its level, links never followed, no deeper than allowed."""
+    """Each entry below a folder, with its level; links are not followed, nor levels too deep."""
     waiting = [(str(folder), 1)]
     while waiting:
         place, level = waiting.pop()
@@ -111,16 +111,16 @@ def _entries(folder: Path) -> Iterator[tuple[os.DirEntry[str], int]]:
                     waiting.append((entry.path, level + 1))
 
 
-def _crowd(level: int) -> str:
+def _too_many(level: int) -> str:
     if level > MOST_LEVELS:
         return f"its folders nest more than {MOST_LEVELS} deep"
     return f"its folder holds more than {MOST_ENTRIES:,} files"
 
 
-def _is_file(entry: os.DirEntry[str], room: Path) -> bool:
+def _is_file(entry: os.DirEntry[str], folder: Path) -> bool:
     """Whether it is a file, not a folder; everything else is refused."""
-    name = os.path.relpath(entry.path, room)
-    where = f"{room}: {ascii(name)[:200]}"
+    name = os.path.relpath(entry.path, folder)
+    where = f"{folder}: {ascii(name)[:200]}"
     if not name.isprintable():
         raise InputError("a name that cannot be shown", where=where)
     here = entry.stat(follow_symlinks=False)

@@ -16,8 +16,8 @@ import numpy as np
 from converters.atomic import atomic_folder
 from minirt.errors import InputError, MinirtError, ReferenceError
 from reference.cache import usual_folder
-from reference.identity import PACKAGES, source_digest
 from reference.jobs.cluster import Cluster, Job
+from reference.jobs.identity import PACKAGES, source_digest
 from reference.jobs.isolate import Workers
 from reference.jobs.program import sandbox_missing
 from reference.jobs.scratch_folders import remove

@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from reference.jobs.program import Ended, Limits, run_program
+from reference.jobs.program import Limits, ProgramEnd, run_program
 from tests.helpers.places import ROOT
 
 #: Debian's `nobody`: an ordinary user, for whom the sandbox is made with user namespaces.
@@ -30,8 +30,8 @@ import json, sys
 from dataclasses import asdict
 from pathlib import Path
 from reference.jobs.program import Limits, run_program
-command, room, limits, sandbox = json.loads(sys.argv[1])
-print(json.dumps(asdict(run_program(command, Path(room), Limits(**limits), sandbox))))
+command, workdir, limits, sandbox = json.loads(sys.argv[1])
+print(json.dumps(asdict(run_program(command, Path(workdir), Limits(**limits), sandbox))))
 """
 
 
@@ -57,22 +57,22 @@ def nobodys_python() -> str | None:
             shutil.chown(folder, NOBODY, NOBODY)
             job = json.dumps([[python, "-S", "-c", "print(1)"], folder, {}, False])
             done = _as_nobody(python, job)
-            if done.returncode == 0 and json.loads(done.stdout) == asdict(Ended(0, "", "1\n")):
+            if done.returncode == 0 and json.loads(done.stdout) == asdict(ProgramEnd(0, "", "1\n")):
                 return python
     return None
 
 
 @dataclass
 class Place:
-    """A room with a neighbour that nobody else may touch, and a user who runs programs in it."""
+    """A working folder beside one that nobody else may touch, and a user who runs programs."""
 
     user: str
     folder: Path
     limits: Limits = field(default_factory=lambda: Limits(wall_seconds=30))
 
     @property
-    def room(self) -> Path:
-        return self.folder / "room"
+    def workdir(self) -> Path:
+        return self.folder / "workdir"
 
     @property
     def python(self) -> str:
@@ -85,27 +85,27 @@ class Place:
     def secret(self) -> Path:
         return self.folder / "neighbour" / "reference.txt"
 
-    def run(self, code: str, *arguments: str, sandbox: bool = True, **limits: Any) -> Ended:
+    def run(self, code: str, *arguments: str, sandbox: bool = True, **limits: Any) -> ProgramEnd:
         """Run Python code as the user."""
-        subject = self.room / "subject.py"
+        subject = self.workdir / "subject.py"
         subject.write_text(code, encoding="utf-8")
         command = [self.python, "-S", str(subject), *arguments]
         return self.run_command(command, sandbox=sandbox, **limits)
 
-    def run_command(self, command: list[str], sandbox: bool = True, **limits: Any) -> Ended:
+    def run_command(self, command: list[str], sandbox: bool = True, **limits: Any) -> ProgramEnd:
         """Run a command as the user."""
         wanted = {**asdict(self.limits), **limits}
         if self.user == "me":
-            return run_program(command, self.room, Limits(**wanted), sandbox)
-        for path in [self.room, *self.room.iterdir()]:
+            return run_program(command, self.workdir, Limits(**wanted), sandbox)
+        for path in [self.workdir, *self.workdir.iterdir()]:
             shutil.chown(path, NOBODY, NOBODY)
-        job = json.dumps([command, str(self.room), wanted, sandbox])
+        job = json.dumps([command, str(self.workdir), wanted, sandbox])
         done = _as_nobody(self.python, job)
         assert done.returncode == 0, done.stderr
-        return Ended(**json.loads(done.stdout))
+        return ProgramEnd(**json.loads(done.stdout))
 
     def snapshot(self) -> dict[str, object]:
-        """What lies beside the room, with its content and times."""
+        """What lies beside the working folder, with its content and times."""
         beside = self.folder / "neighbour"
         return {
             str(path): (path.lstat().st_mtime_ns, path.is_file() and path.read_bytes())
@@ -113,8 +113,8 @@ class Place:
         }
 
     def survivors(self) -> list[int]:
-        """Processes that were started in the room and are alive."""
-        mark, found = os.fsencode(f"TMPDIR={self.room}"), []
+        """Processes that were started in the working folder and are alive."""
+        mark, found = os.fsencode(f"TMPDIR={self.workdir}"), []
         for entry in Path("/proc").iterdir():
             try:
                 if entry.name.isdecimal() and mark in (entry / "environ").read_bytes():
@@ -126,12 +126,12 @@ class Place:
 
 @contextmanager
 def place_of(user: str) -> Iterator[Place]:
-    """A place for one test, with the assertion that nothing beside the room changed."""
+    """A place for one test, with the assertion that nothing beside the working folder changed."""
     folder = Path(mkdtemp(prefix="minirt-test-")).resolve()
     try:
         folder.chmod(0o755)
         place = Place(user, folder)
-        place.room.mkdir()
+        place.workdir.mkdir()
         place.secret.parent.mkdir()
         place.secret.write_text("the right answer", encoding="utf-8")
         before = place.snapshot()

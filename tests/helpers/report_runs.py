@@ -50,8 +50,8 @@ ENDINGS: dict[str, tuple[State, str, str]] = {
 
 def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
     """One scene against references; those named in ENDINGS end so, without a child process."""
-    with TemporaryDirectory() as room:
-        ended = [_answer(scene, r, Path(room) / str(k)) for k, r in enumerate(references)]
+    with TemporaryDirectory() as folder:
+        ended = [_answer(scene, r, Path(folder) / str(k)) for k, r in enumerate(references)]
         answered = [
             (reference, each)
             for reference, each in zip(references, ended, strict=True)
@@ -68,16 +68,16 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
     return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=picture)
 
 
-def _answer(scene: Scene, reference: Reference, room: Path) -> ReferenceResult | RenderedFrame:
+def _answer(scene: Scene, reference: Reference, folder: Path) -> ReferenceResult | RenderedFrame:
     if reference.name in ENDINGS:
         state, reason, output = ENDINGS[reference.name]
         return _none(reference, state, reason, output)
     missing = reference.missing()
     if missing:
         return _none(reference, "missing", missing)
-    room.mkdir()
+    folder.mkdir()
     try:
-        return render_to_file(reference, scene, room)
+        return render_to_file(reference, scene, folder)
     except Unsupported as error:
         return _none(reference, "not supported", str(error))
 

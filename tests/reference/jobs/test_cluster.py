@@ -29,8 +29,8 @@ from reference.jobs import dask_cluster
 from reference.jobs.cluster import Cluster, in_order
 from reference.jobs.dask_cluster import DaskCluster
 from reference.jobs.isolate import Outcome
-from reference.jobs.parcel import packed, unpacked
-from reference.jobs.remote_worker import Refused
+from reference.jobs.payload import from_payload, to_payload
+from reference.jobs.remote_worker import IncompatibleWorker
 from reports.cli.main import run
 from reports.run import run_verify
 from tests.helpers.cluster_jobs import (
@@ -128,13 +128,13 @@ def test_the_same_bits_though_a_worker_is_killed_midway(dask: Dask, tmp_path: Pa
         return found_out(json.loads(text)), shown
 
     with DaskCluster(dask.address) as cluster:
-        until(lambda: cluster._width() == 3)
+        until(lambda: cluster._capacity() == 3)
         killing = threading.Thread(target=kill)
         killing.start()
         there, seen_there = compared("there", cluster, 0.5)
         killing.join()
         assert len(list(marks.iterdir())) > len(scenes)  # one was begun again
-        assert cluster._width() == 2
+        assert cluster._capacity() == 2
     here, seen_here = compared("here", None, 0.0)
     assert there == here
     assert len(seen_there) == len(scenes)
@@ -159,7 +159,7 @@ def test_what_kills_three_workers_has_crashed_and_the_rest_goes_on(
 
 def test_jobs_that_wait_are_cancelled(dask: Dask, tmp_path: Path) -> None:
     with DaskCluster(dask.address) as cluster:
-        until(lambda: cluster._width() >= 1)
+        until(lambda: cluster._capacity() >= 1)
         jobs = [(mark_and_wait, (tmp_path, k)) for k in range(40)]
         with closing(cluster.outcomes(jobs)) as ended:
             next(ended)
@@ -174,7 +174,7 @@ def test_a_worker_with_another_minirt_is_refused(
     monkeypatch.setattr(cluster_module, "identity", lambda: "minirt 0.0.1")
     with (
         DaskCluster(dask.address) as cluster,
-        pytest.raises(Refused, match="another minirt") as raised,
+        pytest.raises(IncompatibleWorker, match="another minirt") as raised,
     ):
         list(cluster.outcomes([(square, (1,))]))
     error = raised.value
@@ -188,7 +188,10 @@ def test_a_worker_that_cannot_take_jobs_is_said(
     dask: Dask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cluster_module, "perform", len)  # takes one argument
-    with DaskCluster(dask.address) as cluster, pytest.raises(Refused, match="cannot take jobs"):
+    with (
+        DaskCluster(dask.address) as cluster,
+        pytest.raises(IncompatibleWorker, match="cannot take jobs"),
+    ):
         list(cluster.outcomes([(square, (1,))]))
 
 
@@ -244,15 +247,15 @@ def test_any_executor_does(tmp_path: Path) -> None:
         assert killed == Outcome("crashed", None, "the process was ended by SIGKILL")
 
 
-def test_a_parcel_takes_the_meshes_along(tmp_path: Path) -> None:
+def test_a_payload_takes_the_meshes_along(tmp_path: Path) -> None:
     home, room = tmp_path / "home", tmp_path / "room"
     home.mkdir()
     scene = scene_with_mesh(home)
-    parcel = packed({"scenes": [scene, small_scene()]})
+    payload = to_payload({"scenes": [scene, small_scene()]})
     shutil.rmtree(home)
     with pytest.raises(InputError, match="a mesh file cannot be read"):
-        packed(scene)
-    there, plain = unpacked(parcel, room)["scenes"]
+        to_payload(scene)
+    there, plain = from_payload(payload, room)["scenes"]
     assert there.folder.is_relative_to(room)
     assert minirt.load_scene(there.to_dict(), there.folder).sha256 == scene.sha256
     assert plain.sha256 == small_scene().sha256

@@ -1,5 +1,5 @@
-"""Hostile programs end as failures with a message of their own; nothing outside their room
-changes and nothing of them survives. Honest programs pass."""
+"""Hostile programs end as failures with a message of their own; nothing outside their
+working folder changes and nothing of them survives. Honest programs pass."""
 
 from __future__ import annotations
 
@@ -28,9 +28,8 @@ from minirt.errors import InputError, ReferenceError
 from minirt.frame import Frame
 from reference.compare.comparison import compare
 from reference.compare.stability import measure
-from reference.jobs import sandbox
-from reference.jobs import scratch_folders as rooms
-from reference.jobs.program import Ended, Limits, plain_files, run_program, sandbox_missing
+from reference.jobs import sandbox, scratch_folders
+from reference.jobs.program import Limits, ProgramEnd, plain_files, run_program, sandbox_missing
 from reference.jobs.sandbox import sandboxed
 from reference.source import Declared
 from tests.helpers.places import ROOT
@@ -70,19 +69,19 @@ def test_the_sandbox_is_here() -> None:
 @pytest.mark.parametrize("boxed", [True, False])
 def test_an_honest_program_passes(place: Place, boxed: bool) -> None:
     code = "import os\nopen('out.txt', 'w').write(os.environ['HOME'])\nprint('done')"
-    assert place.run(code, sandbox=boxed) == Ended(0, "", "done\n")
-    assert [path.name for path in plain_files(place.room)] == ["out.txt", "subject.py"]
-    written = place.room / "out.txt"
-    assert written.read_text(encoding="utf-8") == str(place.room)
-    assert written.stat().st_uid == place.room.stat().st_uid
+    assert place.run(code, sandbox=boxed) == ProgramEnd(0, "", "done\n")
+    assert [path.name for path in plain_files(place.workdir)] == ["out.txt", "subject.py"]
+    written = place.workdir / "out.txt"
+    assert written.read_text(encoding="utf-8") == str(place.workdir)
+    assert written.stat().st_uid == place.workdir.stat().st_uid
 
 
 def test_a_frame_from_the_sandbox_is_read(place: Place) -> None:
     frame = Frame({"hit": np.eye(*SIZE, dtype=bool), "depth": np.ones(SIZE)})
     write_frame(frame, place.folder / "given.npz")
     assert run_copy(place, place.folder / "given.npz", "out.npz").reason == ""
-    assert place.room / "out.npz" in plain_files(place.room)
-    assert (read_frame(place.room / "out.npz", expect=SIZE)["hit"] == frame["hit"]).all()
+    assert place.workdir / "out.npz" in plain_files(place.workdir)
+    assert (read_frame(place.workdir / "out.npz", expect=SIZE)["hit"] == frame["hit"]).all()
 
 
 def test_processes_threads_and_temporary_files_are_allowed(place: Place) -> None:
@@ -95,12 +94,12 @@ if __name__ == "__main__":
         print(sum(pool.map(abs, range(9))) + sum(threads.map(abs, range(9))))
     print(sorted(os.listdir("/tmp"))[-1])
 """
-    assert place.run(code) == Ended(0, "", "72\nx\n")
-    assert not (place.room / "x").exists()
+    assert place.run(code) == ProgramEnd(0, "", "72\nx\n")
+    assert not (place.workdir / "x").exists()
 
 
 def test_a_program_on_the_search_path_that_closes_its_output(place: Place) -> None:
-    assert place.run_command(["sh", "-c", "exec >&- 2>&-; exit 0"]) == Ended(0, "", "")
+    assert place.run_command(["sh", "-c", "exec >&- 2>&-; exit 0"]) == ProgramEnd(0, "", "")
 
 
 def test_what_a_program_prints_is_kept_from_its_end(place: Place) -> None:
@@ -146,30 +145,30 @@ def test_a_failure_is_told(
 
 @pytest.mark.parametrize("boxed", [True, False])
 def test_a_program_that_is_none(mine: Place, boxed: bool) -> None:
-    (mine.room / "broken").write_bytes(b"\0\1\2")
+    (mine.workdir / "broken").write_bytes(b"\0\1\2")
     assert mine.run_command(["./missing"], boxed).reason == "there is no program './missing'"
     assert mine.run_command(["no-such-tracer"], boxed).status is None
     ended = mine.run_command(["./broken"], boxed)
     assert ended.reason.startswith("ended with status 12")
     assert "broken" in ended.output
-    (mine.room / "broken").chmod(0o755)
+    (mine.workdir / "broken").chmod(0o755)
     assert mine.run_command(["./broken"], boxed).reason.startswith("ended with status 12")
 
 
 def test_a_device_is_not_read(mine: Place) -> None:
-    device = mine.room / "out.exr"
+    device = mine.workdir / "out.exr"
     if os.geteuid() == 0:
         os.mknod(device, stat.S_IFCHR | 0o600, os.makedev(1, 3))
         with pytest.raises(InputError, match="a device among the files"):
-            plain_files(mine.room)
-    assert rooms._kind(os.lstat("/dev/null").st_mode) == "device"
+            plain_files(mine.workdir)
+    assert scratch_folders._kind(os.lstat("/dev/null").st_mode) == "device"
 
 
 def test_a_program_out_of_sight_is_no_program(place: Place) -> None:
     locked = place.folder / "locked"
     locked.mkdir(mode=0o700)
     name = str(locked / "tracer")
-    assert place.run_command([name]) == Ended(None, f"there is no program {name!r}", "")
+    assert place.run_command([name]) == ProgramEnd(None, f"there is no program {name!r}", "")
 
 
 # Limits, in a sandbox and without
@@ -246,7 +245,7 @@ SPEND: dict[str, tuple[str, dict[str, Any], str]] = {
 def test_what_exceeds_a_limit_is_ended(
     mine: Place, name: str, boxed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(rooms, "MOST_ENTRIES", 2500)
+    monkeypatch.setattr(scratch_folders, "MOST_ENTRIES", 2500)
     code, limits, reason = SPEND[name]
     ended = mine.run(IMPORTS + code, sandbox=boxed, **limits)
     assert re.fullmatch(reason, ended.reason), ended
@@ -277,7 +276,7 @@ except OSError as error:
     print(made, error.strerror)
 """
     words = [sys.executable, "-S", "-c", code]
-    with sandboxed(words, mine.room, 20) as (wrapped, environment, _):
+    with sandboxed(words, mine.workdir, 20) as (wrapped, environment, _):
         done = subprocess.run(wrapped, env=environment, capture_output=True, text=True, timeout=60)
     made, _, why = done.stdout.partition(" ")
     assert 10 <= int(made) <= 20
@@ -285,20 +284,20 @@ except OSError as error:
 
 
 def test_many_programs_at_once(mine: Place) -> None:
-    """Each has a room and a user of its own, and a limit that the others do not use up."""
+    """Each has its own working folder, user and limit, which the others do not use up."""
     code = (
         "import os, time\nfor _ in range(7):\n    if os.fork() == 0: time.sleep(1); os._exit(0)\n"
     )
-    folders = [mine.room / name for name in "abcd"]
+    folders = [mine.workdir / name for name in "abcd"]
     for folder in folders:
         folder.mkdir()
 
-    def run(folder: Path) -> Ended:
+    def run(folder: Path) -> ProgramEnd:
         words = [sys.executable, "-S", "-c", code + "time.sleep(0.5)"]
         return run_program(words, folder, Limits(wall_seconds=30, processes=9), sandbox=True)
 
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(run, folders)) == [Ended(0, "", "")] * 4
+        assert list(pool.map(run, folders)) == [ProgramEnd(0, "", "")] * 4
 
 
 @pytest.mark.parametrize("boxed", [True, False])
@@ -315,30 +314,30 @@ if os.fork() == 0:
 while not os.path.exists("beat"): time.sleep(0.02)
 """
     assert place.run(IMPORTS + code, sandbox=boxed).reason == ""
-    beats = (place.room / "beat").stat().st_size
+    beats = (place.workdir / "beat").stat().st_size
     assert beats > 0
     time.sleep(0.2)
-    assert (place.room / "beat").stat().st_size == beats
+    assert (place.workdir / "beat").stat().st_size == beats
 
 
 def test_the_end_of_the_parent_ends_the_program(mine: Place) -> None:
     """Whoever runs it is killed: the program and its daemon end, too."""
     code = "if os.fork() == 0: os.setsid()\nopen('on', 'w').close()\ntime.sleep(60)"
     for boxed in (True, False):
-        job = json.dumps([[sys.executable, "-c", IMPORTS + code], str(mine.room), {}, boxed])
+        job = json.dumps([[sys.executable, "-c", IMPORTS + code], str(mine.workdir), {}, boxed])
         ours = {**os.environ, "TMPDIR": str(mine.folder)}  # what it cannot clean up, we do
         with subprocess.Popen([sys.executable, "-c", JOB, job], cwd=ROOT, env=ours) as child:
-            wait_until(lambda: (mine.room / "on").exists())
+            wait_until(lambda: (mine.workdir / "on").exists())
             assert mine.survivors() != []
             child.kill()
         wait_until(lambda: mine.survivors() == [])
-        (mine.room / "on").unlink()
+        (mine.workdir / "on").unlink()
 
 
 def test_a_program_that_kills_its_parent_without_a_sandbox(place: Place) -> None:
     code = "if os.fork() == 0: time.sleep(99)\nos.kill(os.getppid(), 9)\ntime.sleep(99)"
     ended = place.run(IMPORTS + code, sandbox=False)
-    assert ended == Ended(None, "ended the process that watched it", "")
+    assert ended == ProgramEnd(None, "ended the process that watched it", "")
 
 
 # What a sandbox keeps away
@@ -369,7 +368,7 @@ print(json.dumps([read(path) for path in sys.argv[1].split(":")]))
     ended = place.run(code, ":".join(paths))
     assert ended.reason == "", ended
     for path, said in zip(paths, json.loads(ended.output), strict=True):
-        shown = {Path(sys.prefix), Path(sys.base_prefix), place.room}
+        shown = {Path(sys.prefix), Path(sys.base_prefix), place.workdir}
         passed = {p.relative_to(path).parts[0] for p in shown if p.is_relative_to(path)}
         assert said == "No such file or directory" or set(said) <= passed, path
 
@@ -386,7 +385,7 @@ for folder in sys.argv[1].split(":"):
     ended = place.run(code, ":".join(folders))
     assert ended.reason == "", ended
     said = ended.output.splitlines()
-    assert len(said) >= len(folders) - 1, "a folder of the way to the room may be in its /tmp"
+    assert len(said) >= len(folders) - 1, "a folder of the way to the workdir may be in its /tmp"
     assert set(said) <= {
         "Read-only file system", "Permission denied", "No such file or directory",
     }  # fmt: skip
@@ -415,20 +414,20 @@ def test_it_has_no_network(place: Place) -> None:
         assert place.run(code, sandbox=False).reason == "", "so the port was open"
 
 
-def test_it_does_not_see_other_rooms_or_temporary_folders(place: Place) -> None:
+def test_it_does_not_see_other_working_or_temporary_folders(place: Place) -> None:
     ended = place.run("import os\nprint(os.listdir('/tmp'), os.listdir('..'))")
     assert ended.reason == ""
     assert "neighbour" not in ended.output
-    assert ended.output.count("room") == 1
+    assert ended.output.count("workdir") == 1
 
 
 def test_a_program_in_a_folder_of_its_own_is_shown_what_is_named(mine: Place) -> None:
     tool = mine.folder / "neighbour" / "tool"
     code = f"print(open({str(mine.secret)!r}).read())"
-    (mine.room / "subject.py").write_text(code, encoding="utf-8")
-    words = [sys.executable, str(mine.room / "subject.py")]
-    assert run_program(words, mine.room, sandbox=True).status == 1
-    shown = run_program(words, mine.room, sandbox=True, visible=[mine.secret.parent])
+    (mine.workdir / "subject.py").write_text(code, encoding="utf-8")
+    words = [sys.executable, str(mine.workdir / "subject.py")]
+    assert run_program(words, mine.workdir, sandbox=True).status == 1
+    shown = run_program(words, mine.workdir, sandbox=True, visible=[mine.secret.parent])
     assert (shown.status, shown.output) == (0, "the right answer\n")
     assert not tool.exists()
 
@@ -443,7 +442,7 @@ def test_a_program_beside_our_own_answers_does_not_see_them(
     (home / "cache" / "minirt").mkdir(parents=True)
     (home / "cache" / "minirt" / "frame.npz").write_text("the answer")
     words = ["ls", str(home), str(home / "cache" / "minirt")]
-    shown = run_program(words, mine.room, sandbox=True, visible=[home])
+    shown = run_program(words, mine.workdir, sandbox=True, visible=[home])
     assert "tool" in shown.output
     assert "frame.npz" not in shown.output
 
@@ -456,9 +455,9 @@ os.chmod("tool", 0o6755); os.chmod("closed/inner/x", 0); os.chmod("closed", 0)
 """
     ended = place.run(code)
     assert ended.reason in ("", "its folder cannot be looked through: Permission denied")
-    assert len(plain_files(place.room)) == 3
-    owner = place.room.stat().st_uid
-    for path in place.room.rglob("*"):
+    assert len(plain_files(place.workdir)) == 3
+    owner = place.workdir.stat().st_uid
+    for path in place.workdir.rglob("*"):
         here = path.lstat()
         assert here.st_uid == owner
         assert not here.st_mode & (stat.S_ISUID | stat.S_ISGID)
@@ -476,36 +475,36 @@ def test_minirt_itself_is_not_in_the_sandbox(
     (site / "minirt" / "render.py").write_text("the algorithm")
     monkeypatch.setattr(sandbox, "_PACKAGES", (site / "minirt", site / "absent"))
     words = ["ls", str(site), str(site / "minirt")]
-    shown = run_program(words, mine.room, sandbox=True, visible=[site])
+    shown = run_program(words, mine.workdir, sandbox=True, visible=[site])
     assert shown.status == 0
     assert "numpy" in shown.output
     assert "render.py" not in shown.output
 
 
 def test_no_sandbox_without_bubblewrap(mine: Place, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PATH", str(mine.room))
+    monkeypatch.setenv("PATH", str(mine.workdir))
     with pytest.raises(ReferenceError, match="apt-get install bubblewrap") as caught:
-        run_program([sys.executable, "-c", "open('ran', 'w')"], mine.room, sandbox=True)
+        run_program([sys.executable, "-c", "open('ran', 'w')"], mine.workdir, sandbox=True)
     assert caught.value.exit_status == 3
-    assert list(mine.room.iterdir()) == []
+    assert list(mine.workdir.iterdir()) == []
 
 
 def test_no_sandbox_where_bubblewrap_is_denied(
     mine: Place, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    denied = mine.room / "bwrap"
+    denied = mine.workdir / "bwrap"
     denied.write_text("#!/bin/sh\necho 'No permissions to create a namespace' >&2\nexit 1\n")
     denied.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{mine.room}:{os.environ['PATH']}")
+    monkeypatch.setenv("PATH", f"{mine.workdir}:{os.environ['PATH']}")
     reason = sandbox.sandbox_missing()
     assert reason is not None
     assert reason.endswith("No permissions to create a namespace")
 
 
-# What it leaves in its room
+# What it leaves in its workdir
 
 
-def run_copy(place: Place, given: Path, name: str) -> Ended:
+def run_copy(place: Place, given: Path, name: str) -> ProgramEnd:
     """A program that writes, as its own, a file that somebody prepared."""
     code = "import shutil, sys\nshutil.copyfile(sys.argv[1], sys.argv[2])"
     return place.run(code, str(given), name)
@@ -527,7 +526,7 @@ def test_what_is_no_plain_file_is_refused(mine: Place, code: str, refused: str) 
     ended = mine.run(IMPORTS + code, str(mine.secret))
     assert ended.reason == "", ended
     with pytest.raises(InputError, match=refused) as caught:
-        plain_files(mine.room)
+        plain_files(mine.workdir)
     assert str(caught.value).isprintable()
 
 
@@ -535,25 +534,25 @@ def test_a_link_out_is_refused_without_a_sandbox_too(place: Place) -> None:
     code = "import os, sys\nos.symlink(sys.argv[1], 'out.exr')"
     assert place.run(code, str(place.secret), sandbox=False).reason == ""
     with pytest.raises(InputError, match="a symbolic link among the files"):
-        plain_files(place.room)
+        plain_files(place.workdir)
 
 
 def test_a_room_that_is_a_link_or_gone_is_refused(mine: Place) -> None:
-    (mine.room / "link").symlink_to(mine.folder)
+    (mine.workdir / "link").symlink_to(mine.folder)
     with pytest.raises(InputError, match="not a folder"):
-        plain_files(mine.room / "link")
+        plain_files(mine.workdir / "link")
     with pytest.raises(InputError, match="No such file"):
-        plain_files(mine.room / "gone")
+        plain_files(mine.workdir / "gone")
 
 
 def test_more_than_can_be_counted_is_refused(mine: Place, monkeypatch: pytest.MonkeyPatch) -> None:
-    (mine.room / "a" / "b").mkdir(parents=True)
-    monkeypatch.setattr(rooms, "MOST_ENTRIES", 1)
+    (mine.workdir / "a" / "b").mkdir(parents=True)
+    monkeypatch.setattr(scratch_folders, "MOST_ENTRIES", 1)
     with pytest.raises(InputError, match="more than 1 files"):
-        plain_files(mine.room)
-    monkeypatch.setattr(rooms, "MOST_LEVELS", 1)
+        plain_files(mine.workdir)
+    monkeypatch.setattr(scratch_folders, "MOST_LEVELS", 1)
     with pytest.raises(InputError, match="nest more than 1 deep"):
-        plain_files(mine.room)
+        plain_files(mine.workdir)
 
 
 def huge_exr(path: Path) -> None:
@@ -610,18 +609,18 @@ def test_a_hostile_frame_is_refused_with_its_own_message(mine: Place, name: str)
     write, refused = HOSTILE[name]
     write(mine.folder / name)
     assert run_copy(mine, mine.folder / name, name).reason == ""
-    assert mine.room / name in plain_files(mine.room)
+    assert mine.workdir / name in plain_files(mine.workdir)
     begin = time.monotonic()
     with pytest.raises(InputError, match=refused):
-        read_frame(mine.room / name, expect=SIZE)
+        read_frame(mine.workdir / name, expect=SIZE)
     assert time.monotonic() - begin < 20
 
 
 def test_a_folder_of_images_with_a_script_for_a_name(mine: Place) -> None:
     assert mine.run("import os\nos.mkdir('f'); open('f/<script>.png', 'w')").reason == ""
-    assert len(plain_files(mine.room)) == 2
+    assert len(plain_files(mine.workdir)) == 2
     with pytest.raises(InputError, match="<script>"):
-        read_frame(mine.room / "f", expect=SIZE)
+        read_frame(mine.workdir / "f", expect=SIZE)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
@@ -634,7 +633,7 @@ def test_a_frame_without_numbers_fails_in_the_comparison(mine: Place, value: flo
     wrong = np.where(ours["hit"], value, np.inf)
     write_frame(Frame({"depth": wrong}), mine.folder / "wrong.npz")
     assert run_copy(mine, mine.folder / "wrong.npz", "out.npz").reason == ""
-    theirs = read_frame(mine.room / "out.npz", expect=(12, 16))
+    theirs = read_frame(mine.workdir / "out.npz", expect=(12, 16))
     checks = {c.quantity: c.state for c in compare(scene, ours, stability, theirs, {}).checks}
     assert checks["depth"] == "failed"
 

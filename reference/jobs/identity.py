@@ -1,4 +1,4 @@
-"""Which minirt this is: the hash of its source files, and what it runs on."""
+"""The identity of a minirt: the hash of its source files, and the versions that it runs on."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from minirt import __version__
 
-#: All that ships as minirt.
+#: All packages that ship as minirt.
 PACKAGES = ("minirt", "converters", "reference", "reports")
 _SOURCES = (".py", ".j2", ".css")
 
@@ -31,7 +31,7 @@ def source_digest(*packages: str) -> str:
 
 
 def identity() -> str:
-    """What must be the same on two machines whose answers are to be the same, in words."""
+    """In words, what must be equal on two machines for their answers to be equal."""
     return (
         f"minirt {__version__} with the sources {source_digest(*PACKAGES)[:16]}, "
         f"Python {platform.python_version()}, NumPy {np.__version__}"

@@ -1,4 +1,4 @@
-"""Watch a program that runs: its time, memory, processes, files and words, and end it."""
+"""Monitor a running program: its time, memory, processes, files and output; end it in time."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from typing import IO, cast
 from reference.jobs.processes import (
     Process,
     all_processes,
+    deleted_bytes,
     descendants,
     end_descendants,
-    end_remembered,
+    end_known,
     marked_processes,
-    nameless_bytes,
     proportional_memory,
 )
 from reference.jobs.scratch_folders import excess, size_text
 
 #: Bytes of a program's last output that are kept for the report.
 _TAIL = 4000
-#: Seconds between two looks at a program.
-_EVERY = 0.03
+#: Seconds between two samples of what a program uses.
+_INTERVAL = 0.03
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Ended:
+class ProgramEnd:
     """How a program ended.
 
     Attributes
@@ -77,94 +77,95 @@ class Ended:
     output: str
 
 
-class Watch:
-    """A program under a guardian (see `reference.jobs.guardian`), and what it has used so far.
+class Monitor:
+    """A program under a supervisor (see `reference.jobs.supervisor`), and what it has used so far.
 
     Parameters
     ----------
-    guardian : Popen
+    supervisor : Popen
         Its standard output is the program's.
     status : int
-        The descriptor on which it tells how the program ended.
-    room, scratch : path
+        The descriptor on which the supervisor reports how the program ended.
+    workdir, scratch : path
         Where the program can write; `scratch` is None without a sandbox.
     limits : Limits
     """
 
     def __init__(
         self,
-        guardian: subprocess.Popen[bytes],
+        supervisor: subprocess.Popen[bytes],
         status: int,
-        room: Path,
+        workdir: Path,
         limits: Limits,
         scratch: Path | None,
     ) -> None:
-        self._guardian, self._status, self._limits = guardian, status, limits
-        self._folders = [room] if scratch is None else [room, scratch]
-        #: The guardian, and bubblewrap outside and inside, which are not the program's.
+        self._supervisor, self._status, self._limits = supervisor, status, limits
+        self._folders = [workdir] if scratch is None else [workdir, scratch]
+        #: The supervisor, and bubblewrap outside and inside, which are not the program's.
         self._own = 1 if scratch is None else 3
         self._sandboxed = scratch is not None
         self._begin = time.monotonic()
-        self._stream = cast(IO[bytes], guardian.stdout).fileno()
+        self._stream = cast(IO[bytes], supervisor.stdout).fileno()
         self._tail, self._printed, self._seconds = b"", 0, 0.0
         self._known: set[tuple[int, int]] = set()
 
-    def wait(self) -> Ended:
-        """How it ended: by itself, or by us because it exceeded a limit."""
-        looked, reason = self._begin, ""
+    def wait(self) -> ProgramEnd:
+        """Wait for the program to end, or end it because it exceeded a limit; how it ended."""
+        sampled, reason = self._begin, ""
         answer: bytes | None = None
         while not reason and answer is None:
-            ready, _, _ = select.select([self._stream, self._status], [], [], _EVERY)
+            ready, _, _ = select.select([self._stream, self._status], [], [], _INTERVAL)
             if self._stream in ready:
                 self._read()
             if self._status in ready:
                 answer = os.read(self._status, 20)
-            elif time.monotonic() - looked >= _EVERY:
-                reason = self._broken()
-                looked = time.monotonic()
+            elif time.monotonic() - sampled >= _INTERVAL:
+                reason = self._exceeded()
+                sampled = time.monotonic()
         if answer == b"":
             self._known.update(marked_processes(f"TMPDIR={self._folders[0]}"))
         self.end()
         self._read_the_rest()
         status, said = self._ending(answer)
         reason = reason or self._too_large() or said
-        return Ended(status, reason, self._tail.decode(errors="replace"))
+        return ProgramEnd(status, reason, self._tail.decode(errors="replace"))
 
     def end(self) -> None:
-        """Kill all that it started, whether or not it still runs. May be called again."""
-        if self._guardian.returncode is None:
-            end_descendants(self._guardian.pid)
-            self._guardian.kill()
-            self._guardian.wait()
-        # Where the program killed its guardian, what it left has another parent now.
-        end_remembered(self._known)
+        """Kill all that the program started, running or not. May be called again."""
+        if self._supervisor.returncode is None:
+            end_descendants(self._supervisor.pid)
+            self._supervisor.kill()
+            self._supervisor.wait()
+        # If the program killed its supervisor, what it left behind has another parent now.
+        end_known(self._known)
 
     def _read(self) -> bool:
-        """Take in some of what was printed; whether there was any."""
+        """Read a part of what was printed; whether there was any."""
         part = os.read(self._stream, 2**16)
         self._printed += len(part)
         self._tail = (self._tail + part)[-_TAIL:]
         return bool(part)
 
     def _read_the_rest(self) -> None:
-        """What is in the pipe when nobody writes to it any more."""
+        """Read what is left in the pipe after all writers have ended."""
         while select.select([self._stream], [], [], 0)[0] and self._read():
             pass
 
-    def _broken(self) -> str:
-        """The limit that it exceeds now, as a sentence; else empty."""
+    def _exceeded(self) -> str:
+        """The limit that the program exceeds now, as a sentence; else empty."""
         limits = self._limits
         if time.monotonic() - self._begin > limits.wall_seconds:
             return f"no answer within {limits.wall_seconds:g} s"
         if self._printed > limits.output_bytes:
             return f"printed more than {size_text(limits.output_bytes)}"
         now = all_processes()
-        ours = descendants(now, {self._guardian.pid})
+        ours = descendants(now, {self._supervisor.pid})
         self._known.update((process.pid, process.start) for process in ours)
-        guardian = [process for process in now if process.pid == self._guardian.pid]
-        return self._greedy([*guardian, *ours]) or self._too_large(nameless_bytes(ours))
+        supervisor = [process for process in now if process.pid == self._supervisor.pid]
+        return self._exceeded_by([*supervisor, *ours]) or self._too_large(deleted_bytes(ours))
 
-    def _greedy(self, processes: list[Process]) -> str:
+    def _exceeded_by(self, processes: list[Process]) -> str:
+        """The limit of CPU time, processes or memory that processes exceed together."""
         limits = self._limits
         self._seconds = max(self._seconds, sum(process.seconds for process in processes))
         if self._seconds > limits.cpu_seconds:
@@ -177,18 +178,19 @@ class Watch:
         return ""
 
     def _too_large(self, beside: int = 0) -> str:
+        """The limit that the program's files exceed; `beside` bytes lie in no folder."""
         limits = self._limits
         return excess(self._folders, limits.file_bytes, limits.output_bytes, beside)
 
     def _ending(self, answer: bytes | None) -> tuple[int | None, str]:
-        """Its exit status, and what that means."""
+        """The program's exit status, and what it means."""
         if answer is None:
             return None, ""
         if not answer:
             return None, "ended the process that watched it"
         status = os.waitstatus_to_exitcode(int(answer))
         if self._sandboxed and status - 128 in set(signal.Signals):
-            status = 128 - status  # bubblewrap tells of a signal as a shell does
+            status = 128 - status  # bubblewrap reports a signal as a shell does
         if self._printed > self._limits.output_bytes:
             return status, f"printed more than {size_text(self._limits.output_bytes)}"
         if status == -signal.SIGXCPU:

@@ -1,8 +1,9 @@
-"""The process between us and another author's program: it inherits all that the program leaves.
+"""The supervisor process, parent of another author's program.
 
 It runs in an interpreter of its own (see `reference.jobs.program`), sets the limits, starts the
-program, tells how it ended and lives on to take in what the program started and left behind, so
-that none of it is lost from sight. A program that kills its parent kills this one, and not us.
+program and reports how it ended. It goes on running as the subreaper (`prctl(2)`): processes that
+the program leaves behind become its children, so that they can be found and ended. A program that
+kills its parent kills the supervisor and not us.
 """
 
 from __future__ import annotations
@@ -26,17 +27,17 @@ _LIMITED = {
 
 
 def main() -> None:
-    """Arguments: the starter's id, a descriptor for the status, NAME=NUMBER,…, the command."""
+    """Arguments: the starting process's id, a descriptor for the status, NAME=NUMBER,…, command."""
     parent, descriptor, limits, *command = sys.argv[1:]
-    os.set_inheritable(int(descriptor), False)  # what ended how is not the program's to tell
+    os.set_inheritable(int(descriptor), False)  # the program must not write its own exit status
     signal.signal(signal.SIGTERM, _end)
     prctl(SET_CHILD_SUBREAPER, 1)
     prctl(SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != int(parent):  # it ended before it could be watched
+    if os.getppid() != int(parent):  # the starting process has already ended
         return
     child = os.fork()
     if child == 0:
-        _become(command, dict(word.split("=") for word in limits.split(",")))
+        _exec(command, dict(word.split("=") for word in limits.split(",")))
     with suppress(ChildProcessError):  # nothing is left
         while True:
             pid, status = os.waitpid(-1, 0)
@@ -45,13 +46,13 @@ def main() -> None:
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    """Whoever started us is gone: so is the program."""
+    """End the program, since the process that started us has ended."""
     end_descendants(os.getpid())
     os._exit(1)
 
 
-def _become(command: list[str], limits: dict[str, str]) -> None:
-    """Be the program, with its limits; never returns."""
+def _exec(command: list[str], limits: dict[str, str]) -> None:
+    """Turn this process into the program, with its limits; never returns."""
     try:
         os.setsid()
         prctl(SET_PDEATHSIG, signal.SIGKILL)
@@ -68,7 +69,7 @@ def _become(command: list[str], limits: dict[str, str]) -> None:
 
 
 def _limit(what: int, most: int) -> None:
-    """The soft limit, which has a signal or an error of its own, and a hard one."""
+    """Set a soft limit, which shows as a signal or an error, and the hard one."""
     _, hard = resource.getrlimit(what)
     wanted = most + 1 if what == resource.RLIMIT_CPU else most
     if hard != resource.RLIM_INFINITY:

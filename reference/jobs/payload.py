@@ -1,4 +1,4 @@
-"""Anything as bytes that mean the same on a machine without our disk: scenes take meshes along."""
+"""Serialise jobs and answers for machines without our disk: scenes carry their mesh files."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from minirt.errors import InputError
 from minirt.scene import Scene
 
 
-def packed(thing: object) -> bytes:
-    """A picklable thing as bytes, with the files of the meshes of every scene in it.
+def to_payload(thing: object) -> bytes:
+    """Serialise anything picklable, with the mesh files of every scene in it.
 
     Raises
     ------
@@ -23,23 +23,23 @@ def packed(thing: object) -> bytes:
         A mesh file has gone since its scene was loaded.
     """
     stream = io.BytesIO()
-    _Packer(stream, pickle.HIGHEST_PROTOCOL).dump(thing)
+    _Pickler(stream, pickle.HIGHEST_PROTOCOL).dump(thing)
     return stream.getvalue()
 
 
-def unpacked(parcel: bytes, room: Path) -> Any:
-    """The thing again, from somebody who is trusted.
+def from_payload(payload: bytes, folder: Path) -> Any:
+    """Load a payload that comes from a trusted sender.
 
     Parameters
     ----------
-    parcel : bytes
-    room : Path
-        An empty folder, where the meshes of its scenes are put; they need it as long as they live.
+    payload : bytes
+    folder : Path
+        An empty folder for the mesh files; its scenes need it as long as they are in use.
     """
-    return _Unpacker(io.BytesIO(parcel), room).load()
+    return _Unpickler(io.BytesIO(payload), folder).load()
 
 
-class _Packer(pickle.Pickler):
+class _Pickler(pickle.Pickler):
     def persistent_id(self, thing: object) -> tuple[bytes, dict[str, bytes]] | None:
         """A scene with the files of its meshes, in place of itself."""
         if not isinstance(thing, Scene) or not (names := mesh_names(thing)):
@@ -47,20 +47,20 @@ class _Packer(pickle.Pickler):
         return pickle.dumps(thing, pickle.HIGHEST_PROTOCOL), _files(thing, names)
 
 
-class _Unpacker(pickle.Unpickler):
-    def __init__(self, stream: io.BytesIO, room: Path) -> None:
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, stream: io.BytesIO, folder: Path) -> None:
         super().__init__(stream)
-        self._room, self._numbers = room, count()
+        self._folder, self._numbers = folder, count()
 
     def persistent_load(self, found: tuple[bytes, dict[str, bytes]]) -> Scene:
         """A scene whose folder is here."""
         scene, files = found
-        folder = self._room / f"scene-{next(self._numbers)}"
+        folder = self._folder / f"scene-{next(self._numbers)}"
         for name, content in files.items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        loaded: Scene = pickle.loads(scene)  # noqa: S301 - as all of the parcel
+        loaded: Scene = pickle.loads(scene)  # noqa: S301 - from the same trusted sender
         return replace(loaded, folder=folder)
 
 
