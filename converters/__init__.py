@@ -1,1 +1,1 @@
-"""A scene or a frame in somebody else's language: data in, data out."""
+"""Scenes and frames in the formats of other programs: data in, data out, no renderer."""

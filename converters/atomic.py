@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all, whatever happens while they are written."""
+"""Atomic writing: files and folders appear complete or not at all, whatever happens meanwhile."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _RENAME_EXCHANGE = 2
 def atomic_file(path: str | Path) -> Iterator[Path]:
     """A path to write to, which takes the place of `path` when the block ends without an error.
 
-    What is written lies beside the target under a hidden name with the target's suffix. On an
-    error it is removed; after a crash or a power cut it may stay, but `path` itself is the old
-    file, whole, or the new one, whole. A link at `path` is followed.
+    The temporary file lies beside the target, under a hidden name with the target's suffix. On an
+    error it is removed; after a crash or a power cut it may remain, but `path` itself is either
+    the complete old file or the complete new one. A link at `path` is followed.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
 def atomic_folder(path: str | Path) -> Iterator[Path]:
     """An empty folder to fill, which takes the place of `path` when the block ends well.
 
-    The old folder goes with all it holds: whether that is wanted is the caller's to decide. Where
-    the system can exchange two names in one step (Linux), `path` is at every moment the old
+    The old folder is deleted with its content: whether that is wanted is for the caller to decide.
+    Where the system can exchange two names in one step (Linux), `path` is at every moment the old
     folder or the new one; elsewhere it is missing for the moment between two renamings.
 
     Parameters
@@ -99,14 +99,14 @@ def atomic_folder(path: str | Path) -> Iterator[Path]:
 
 
 def require_replaceable(folder: Path, patterns: Sequence[str]) -> None:
-    """Let only an earlier export of ours be replaced.
+    """Refuse to replace a folder that is not an earlier export.
 
     Parameters
     ----------
     folder : Path
-        May be missing.
+        May not exist.
     patterns : sequence of str
-        What the names of an export's files look like.
+        Patterns of the names of an export's files.
 
     Raises
     ------
@@ -124,12 +124,12 @@ def require_replaceable(folder: Path, patterns: Sequence[str]) -> None:
 
 
 def _target(path: str | Path) -> tuple[Path, str]:
-    """The place that a link leads to, in a folder that exists; and what is there."""
+    """The target, with links followed, in a folder that exists; and what is there now."""
     try:
         target = Path(path).resolve()
         if not target.parent.is_dir():
             raise FileNotFoundError("no such folder")
-        target.exists()  # or a name that the file system does not take
+        target.exists()  # raises for a name that the file system does not allow
     except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: a loop of links
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError("cannot be written", where=repr(str(path))[:300], got=reason) from None

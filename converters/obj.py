@@ -1,13 +1,14 @@
-"""A scene as Wavefront OBJ: ``scene.obj`` with ``scene.mtl``, for whatever reads triangles.
+"""A scene as Wavefront OBJ: ``scene.obj`` with ``scene.mtl``, for any program that reads triangles.
 
-Every coordinate keeps all its digits; triangles, polygons and meshes are as they are, degenerate
-faces included. A sphere is a polyhedron within 0.2 % of its radius (`converters.tessellate`),
-or as near as `BUDGET` allows where there are many, in a smoothing group. Materials keep Phong's
-numbers, whose names MTL shares: Ka, Kd, Ks, Ns. `illum` says whether there is a mirror or glass;
-of their shares only k_t is there: ``d`` is 1 − 0.8·k_t, so that clear glass stays visible.
+Every coordinate keeps all its digits; triangles, polygons and meshes are unchanged, degenerate
+faces included. A sphere is a polyhedron within 0.2 % of its radius (`converters.tessellate`), or as
+near as `TRIANGLE_BUDGET` allows where there are many; it has a smoothing group. Materials keep
+Phong's numbers, whose names MTL shares: Ka, Kd, Ks, Ns. `illum` says whether the material is a
+mirror or glass; of k_r and k_t only k_t is written: ``d`` is 1 − 0.8·k_t, so that clear glass stays
+visible.
 
-OBJ has no camera and no light. Both stand in the first lines as comments, in the scene file's own
-JSON, so that nothing is lost.
+OBJ has no camera and no light. Both are comments in the first lines, as JSON of the scene file, so
+that nothing is lost.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 from converters.atomic import atomic_folder, require_replaceable
-from converters.tessellate import TRIANGLES, ball_within
+from converters.tessellate import TRIANGLES, icosphere_within
 from minirt.scene import Material, Object, Scene, Sphere
 from minirt.vectors import Floats, Ints
 
 #: Largest distance of a sphere's triangles from it, over its radius.
 CHORD_ERROR = 2e-3
-#: Triangles of all spheres together.
-BUDGET = 500_000
+#: Most triangles of all spheres together, by which `CHORD_ERROR` grows where there are many.
+TRIANGLE_BUDGET = 500_000
 #: The files of an export.
 EXPORTED = ("scene.obj", "scene.mtl")
 
@@ -69,14 +70,14 @@ def _obj_lines(scene: Scene) -> Iterator[str]:
 
 def _chord_error(scene: Scene) -> float:
     spheres = sum(isinstance(thing, Sphere) for thing in scene.objects)
-    return max(CHORD_ERROR, spheres * TRIANGLES / BUDGET)
+    return max(CHORD_ERROR, spheres * TRIANGLES / TRIANGLE_BUDGET)
 
 
 def _triangles(thing: Object, bound: float) -> tuple[Floats, Ints]:
     if not isinstance(thing, Sphere):
         return thing.vertices, thing.faces
-    ball = ball_within(bound)
-    return ball.around(thing.center, thing.radius), ball.faces
+    icosphere = icosphere_within(bound)
+    return icosphere.around(thing.center, thing.radius), icosphere.faces
 
 
 def _material_names(scene: Scene) -> dict[str, str]:
@@ -84,7 +85,7 @@ def _material_names(scene: Scene) -> dict[str, str]:
 
 
 def _word(number: int, name: str) -> str:
-    """A name that OBJ can tell from others: its number, and what of it is letters and digits."""
+    """A unique name without spaces: the number, then the letters and digits of the name."""
     return f"{number}_{re.sub('[^0-9A-Za-z]+', '_', name)[:100]}"
 
 

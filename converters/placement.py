@@ -1,4 +1,4 @@
-"""Where a scene stands in a float32 renderer's coordinates: p' = scale · (p − center)."""
+"""From scene coordinates to those of a float32 renderer: p' = scale · (p − center)."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ COMFORTABLE = (1.0, 64.0)
 class Placement:
     """A uniform scale and a translation; directions and t keep their values, lengths scale.
 
-    A power of two as the scale adds no rounding of its own, and a center near the scene keeps
-    the digits that float32 would spend on its distance from the origin.
+    A scale that is a power of two adds no rounding. A center near the scene saves the digits that
+    float32 would spend on a large distance from the origin.
 
     Attributes
     ----------
@@ -47,17 +47,16 @@ class Placement:
         return self.scale * length
 
 
-#: The scene as it stands.
+#: Scene coordinates, unchanged.
 IDENTITY = Placement()
 
 
 def fitted_placement(scene: Scene) -> Placement:
-    """The placement in which float32 serves the scene best; `IDENTITY` where that is good enough.
+    """The placement with the least rounding in float32; `IDENTITY` where that is good enough.
 
-    It is where the extent lies within `COMFORTABLE` and no coordinate is larger than twice the
+    That is where the extent lies within `COMFORTABLE` and no coordinate is larger than twice the
     extent: float32 then loses at most one bit more than in a perfect placement. Otherwise the
-    middle of everything (objects and observer) becomes the origin and the extent falls within
-    [32, 64).
+    middle of objects and observer becomes the origin and the extent falls within [32, 64).
     """
     low, high = _bounds(scene)
     largest = float(np.maximum(np.abs(low), np.abs(high)).max())
@@ -67,7 +66,7 @@ def fitted_placement(scene: Scene) -> Placement:
 
 
 def centered_placement(scene: Scene, size: int = 0) -> Placement:
-    """The middle of everything (objects and observer) at the origin, the extent of a given size.
+    """The placement with the middle of objects and observer at the origin, and a given extent.
 
     Parameters
     ----------

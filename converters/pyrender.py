@@ -3,12 +3,11 @@
 Nothing here imports pyrender. Its camera is OpenGL's: it sits at the origin, x to the right, y
 up, and looks along −z. Everything is handed over in the observer's own coordinates,
 ((p − P0)·u, (p − P0)·v, −sign(ν)·(p − P0)·n), computed in float64 and scaled by a power of two.
-So pyrender's poses are all the identity, and float32 spends its digits on the distance from the
-observer whatever the frame's handedness, ν's sign, or the scene's place and size.
+So all of pyrender's poses are the identity, and float32 resolves distances from the observer
+equally well whatever the frame's handedness, ν's sign, or the scene's place and size.
 
-pyrender culls what turns its back in its segmentation pass, whatever its flags say. So every
-face is wound counter-clockwise as the observer sees it. Faces without an area are left out: they
-are never hit.
+pyrender culls back faces in its segmentation pass, whatever its flags say. So every face is wound
+counter-clockwise as the observer sees it. Faces without an area are left out: they are never hit.
 """
 
 from __future__ import annotations
@@ -20,19 +19,19 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from converters.tessellate import TRIANGLES, Ball, ball_within
+from converters.tessellate import TRIANGLES, Icosphere, icosphere_within
 from minirt.scene import Object, Scene, Sphere
 from minirt.screen import VirtualScreen
 from minirt.vectors import Bools, Floats, Ints, column, cross, dot, norm
 
-#: Triangles for all the spheres of a scene together, and for one of them.
-BUDGET, MOST = 1_500_000, 500_000
+#: Most triangles for all spheres of a scene together, and for one of them.
+TRIANGLE_BUDGET, MAX_PER_SPHERE = 1_500_000, 500_000
 #: Finest and coarsest error of a sphere, in pixels at its nearest point.
 FINEST, COARSEST = 1 / 128, 1 / 16
-#: Least near/far: beyond it a depth buffer of 24 bits would tell hardly anything apart.
+#: Least near/far: below it a depth buffer of 24 bits resolves hardly anything.
 LEAST_NEAR = 2.0**-14
-#: Room between the clipping planes and what they must not clip: far above every rounding.
-_ROOM = 2.0**-10
+#: Margin between the clipping planes and what they must not clip: far above every rounding.
+_MARGIN = 2.0**-10
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Part:
 
 @lru_cache(maxsize=1)
 def pyrender_scene(scene: Scene) -> PyrenderScene:
-    """A scene for pyrender, kept until another is asked for: it is declared, then drawn."""
+    """A scene for pyrender; the latest is cached, since it is needed to declare and to draw."""
     return PyrenderScene(scene)
 
 
@@ -77,7 +76,7 @@ class PyrenderScene:
     scale : float
         A power of two: pyrender's lengths are this times the scene's.
     pixel : float
-        The wider side of a pixel over its distance: what a pixel is on a surface, per distance.
+        The wider side of a pixel over its distance from the observer.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -96,24 +95,24 @@ class PyrenderScene:
         return np.stack((self.scale * x, self.scale * y, -forward * z), axis=1)
 
     @cached_property
-    def balls(self) -> dict[int, Ball]:
+    def icospheres(self) -> dict[int, Icosphere]:
         """The polyhedron of each sphere, by the object's number.
 
-        Each is fine enough that its error is the same small part of a pixel, seen from the
-        observer: as small as the budget of triangles allows, within `FINEST` and `COARSEST`.
+        The error of each, seen by the observer, is the same small part of a pixel: as small as
+        the budget of triangles allows, between `FINEST` and `COARSEST`.
         """
         bounds = {k: self.pixel * self._clearance(s) / s.radius for k, s in self._spheres()}
         cost = sum(TRIANGLES / bound for bound in bounds.values() if bound)
-        part = min(max(cost / BUDGET, FINEST), COARSEST)
-        return {k: ball_within(part * bound, MOST) for k, bound in bounds.items()}
+        part = min(max(cost / TRIANGLE_BUDGET, FINEST), COARSEST)
+        return {k: icosphere_within(part * bound, MAX_PER_SPHERE) for k, bound in bounds.items()}
 
     def chord_errors(self) -> Iterator[tuple[float, float]]:
-        """Of each sphere: how far its triangles stray, and how near it comes to the observer.
+        """For each sphere: the error of its triangles, and the least distance from the observer.
 
-        Both in scene units.
+        Both are in scene units.
         """
         for k, sphere in self._spheres():
-            yield sphere.radius * self.balls[k].error, self._clearance(sphere)
+            yield sphere.radius * self.icospheres[k].error, self._clearance(sphere)
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
@@ -142,9 +141,9 @@ class PyrenderScene:
     def _triangles(self, number: int, thing: Object) -> tuple[Floats, Ints]:
         if not isinstance(thing, Sphere):
             return self.points(thing.vertices), thing.faces
-        ball = self.balls[number]
+        icosphere = self.icospheres[number]
         center = self.points(thing.center[None])
-        return ball.around(center, self.scale * thing.radius), ball.faces
+        return icosphere.around(center, self.scale * thing.radius), icosphere.faces
 
     def _depths(self) -> tuple[float, float]:
         """Near and far plane: what is in view lies between them; (1, 2) where nothing is."""
@@ -154,11 +153,11 @@ class PyrenderScene:
         far = max((high for _, high in ranges), default=0.0)
         if far <= 0:
             return 1.0, 2.0
-        return near * (1 - _ROOM), far * (1 + _ROOM)
+        return near * (1 - _MARGIN), far * (1 + _MARGIN)
 
 
 def _turned(number: int, vertices: Floats, faces: Ints) -> Part:
-    """The part with its faces wound counter-clockwise for the observer, those of no area left out.
+    """The part with its faces wound counter-clockwise for the observer, without those of no area.
 
     The observer is at the origin: a face shows its front where (b − a) × (c − a) points to it.
     """
@@ -189,14 +188,14 @@ def _depth_range(part: Part, corners: Floats) -> tuple[float, float]:
     with np.errstate(divide="ignore"):
         inverse = (dot(N[:, :, None], corners[:, None]) / dot(a, N)[:, None]).max(axis=1)
         near = np.maximum(nearest, np.where(inverse > 0, 1.0 / inverse, np.inf))
-    seen = (farthest > 0) & (inverse > 0) & ~_aside(a, b, c, corners)
+    seen = (farthest > 0) & (inverse > 0) & ~_outside_frustum(a, b, c, corners)
     if not seen.any():
         return math.inf, 0.0
     return float(near[seen].min()), float(farthest[seen].max())
 
 
-def _aside(a: Floats, b: Floats, c: Floats, corners: Floats) -> Bools:
-    """Where all three corners of a face lie beyond one and the same side of the view."""
+def _outside_frustum(a: Floats, b: Floats, c: Floats, corners: Floats) -> Bools:
+    """Whether all three corners of a face lie outside the same side of the view frustum."""
     left, right = corners[0].min(), corners[0].max()
     low, high = corners[1].min(), corners[1].max()
     beyond = [

@@ -1,4 +1,4 @@
-"""A scene with all that belongs to it in one folder, for a program that knows no atlas."""
+"""A scene with its mesh files in one folder, for a program that does not know the atlas."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SCENE_FILE = "scene.json"
 
 
 def plain_document(scene: Scene) -> dict[str, Any]:
-    """The JSON of a scene with nothing left to work out: the slides' screen, ε as a number."""
+    """The JSON of a scene with nothing left to derive: the slides' screen, ε as a number."""
     return scene.to_dict() | {"epsilon": scene.epsilon}
 
 
@@ -42,7 +42,7 @@ def write_scene_folder(scene: Scene, folder: Path) -> Path:
     Raises
     ------
     InputError
-        A mesh file has gone since the scene was loaded.
+        A mesh file was deleted since the scene was loaded, or cannot be copied.
     """
     document = plain_document(scene)
     folder.mkdir(parents=True, exist_ok=True)

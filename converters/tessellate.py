@@ -1,15 +1,16 @@
 """Spheres as triangles, with a bound on how far the triangles are from the sphere.
 
-A sphere becomes an icosahedron whose faces are cut into f² triangles each, with every vertex
-pushed out to one distance from the centre. Let the vertices lie on the unit sphere and h be the
-least distance of a facet's plane from the centre: the polyhedron then contains the ball of radius
-h and lies within the unit ball. With its vertices at 2·R/(1 + h) it lies between the balls of
-radius R − e and R + e,
+A sphere becomes an icosphere: an icosahedron whose faces are cut into f² triangles each, with every
+vertex pushed out to one distance from the centre. Let the vertices lie on the unit sphere and h be
+the least distance of a facet's plane from the centre: the polyhedron then contains the sphere of
+radius h and lies within the unit sphere. With its vertices at 2·R/(1 + h) it lies between the
+spheres of radius R − e and R + e,
 
     e = R·(1 − h)/(1 + h),
 
 so that the error is balanced around the true sphere: half the sagitta R·(1 − h) of an inscribed
-polyhedron, on either side. h is read off the triangles themselves, so the bound is theirs.
+polyhedron, on either side. h is computed from the triangles themselves, so that the bound holds for
+them.
 
 How many triangles it takes: the widest facet is the one at the middle of an icosahedron's face.
 Its circumradius there is 1/f of the face's, a/√3 with a = 1.0515 the icosahedron's edge, seen
@@ -35,8 +36,8 @@ TRIANGLES = 20 * _CUTS**2
 
 
 @dataclass(frozen=True, eq=False)
-class Ball:
-    """The polyhedron around the unit sphere's centre, its vertices on the unit sphere.
+class Icosphere:
+    """A subdivided icosahedron with its vertices on the unit sphere.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class Ball:
 
     @property
     def error(self) -> float:
-        """e for radius 1: how far the balanced polyhedron strays from the sphere."""
+        """e for radius 1: the largest distance of the balanced polyhedron from the sphere."""
         return (1.0 - self.inner) / (1.0 + self.inner)
 
     def around(self, center: Floats, radius: float) -> Floats:
@@ -62,31 +63,31 @@ class Ball:
         return placed
 
 
-def ball_within(bound: float, most: int = 2_000_000) -> Ball:
-    """The coarsest ball whose error is at most `bound`, or the finest of at most `most` triangles.
+def icosphere_within(bound: float, most: int = 2_000_000) -> Icosphere:
+    """The coarsest icosphere with an error of at most `bound`, or the finest of `most` triangles.
 
     Parameters
     ----------
     bound : float
         Largest error as a share of the radius, ≥ 0.
     most : int
-        Triangles, at least 20. Where they do not suffice, the ball's own `error` says so.
+        Triangles, at least 20. Where they do not suffice, its `error` is larger than `bound`.
 
     Examples
     --------
-    >>> ball = ball_within(1e-3)
-    >>> ball.error <= 1e-3, len(ball.faces)
+    >>> icosphere = icosphere_within(1e-3)
+    >>> icosphere.error <= 1e-3, len(icosphere.faces)
     (True, 3380)
     """
     finest = max(1, math.isqrt(most // 20))
     cuts = finest if bound * finest**2 <= _CUTS**2 else math.ceil(_CUTS / math.sqrt(bound))
-    while (ball := unit_ball(cuts)).error > bound and cuts < finest:
+    while (icosphere := unit_icosphere(cuts)).error > bound and cuts < finest:
         cuts += 1
-    return ball
+    return icosphere
 
 
 @lru_cache(maxsize=64)
-def unit_ball(cuts: int) -> Ball:
+def unit_icosphere(cuts: int) -> Icosphere:
     """An icosahedron with every edge cut into `cuts` parts, its vertices on the unit sphere."""
     corners, triangles = _icosahedron()
     weights, small = _cut_triangle(cuts)
@@ -100,7 +101,7 @@ def unit_ball(cuts: int) -> Ball:
     N = cross(b - a, c - a)
     side = dot(a, N)
     faces[side < 0] = faces[side < 0][:, ::-1]
-    return Ball(vertices, faces.astype(np.int32), float(np.min(np.abs(side) / norm(N))))
+    return Icosphere(vertices, faces.astype(np.int32), float(np.min(np.abs(side) / norm(N))))
 
 
 def _icosahedron() -> tuple[Floats, Ints]:

@@ -1,4 +1,4 @@
-"""What a file's numbers become in a frame, and what a frame's numbers become in float32."""
+"""Conversion of numbers: from a file's types to a frame's, and from a frame's to float32."""
 
 from __future__ import annotations
 
@@ -42,21 +42,22 @@ def check_size(ny: int, nx: int, expect: Size, where: str) -> None:
 
 
 def check_type(dtype: np.dtype[Any], quantity: Quantity, where: str) -> None:
-    """Refuse an element type whose values a quantity cannot take over.
+    """Refuse an element type that cannot be converted to a quantity's.
 
-    Taken over are bool, integers and floats of up to 8 bytes, in any byte order; for a discrete
-    quantity as far as the values are whole and in range, which `as_quantity` looks at.
+    Bool, integers and floats of up to 8 bytes can, in any byte order; for a discrete quantity if
+    the values are whole and in range, which `as_quantity` checks.
 
     Raises
     ------
     InputError
+        Of another kind, or longer.
     """
     if dtype.kind not in "biuf" or dtype.itemsize > 8:
         raise InputError("wrong type", where=where, got=str(dtype)[:80], expected=quantity.dtype)
 
 
 def as_quantity(values: Array, quantity: Quantity, where: str) -> Array:
-    """Values of a file in the table's type, if they fit it exactly.
+    """Values of a file in the table's type, if that holds them exactly.
 
     Parameters
     ----------
@@ -68,12 +69,12 @@ def as_quantity(values: Array, quantity: Quantity, where: str) -> Array:
     Returns
     -------
     array of the same shape
-        `values` itself where the type is already right.
+        `values` itself where it has that type already.
 
     Raises
     ------
     InputError
-        A type that cannot be taken over, or a value of a discrete quantity that is not whole or
+        A type that cannot be converted, or a value of a discrete quantity that is not whole or
         out of its type's range (a bool quantity's: 0 and 1).
     """
     wanted = np.dtype(quantity.dtype)

@@ -16,7 +16,7 @@ from minirt.quantities import QUANTITIES, Quantity
 
 Array = NDArray[Any]
 
-#: What the frame's `meta` keys are called in the file.
+#: Prefix of the attributes that hold the frame's `meta`.
 ATTRIBUTE = "minirt:"
 
 
@@ -47,13 +47,15 @@ def write_exr(frame: Frame, path: Path) -> None:
 
 
 def read_exr(path: Path, expect: Size) -> Frame:
-    """Read the quantities that a file holds; channels of other names are somebody else's.
+    """Read the quantities that a file holds; other channels are ignored.
 
-    Names are exact. A quantity is there with all its channels or not at all.
+    Names are case-sensitive.
 
     Raises
     ------
     InputError
+        Not a readable image, a quantity without one of its channels, or a value that it cannot
+        have.
     """
     with open_image(path, expect) as image:
         parts = _held(image)

@@ -18,7 +18,7 @@ from minirt.quantities import QUANTITIES
 Array = NDArray[Any]
 
 META_FILE = "meta.json"
-#: A picture for people, beside the numbers of `color`.
+#: An image for people, beside the numbers of `color`.
 _VIEWED = "color.png"
 _MAX_META_BYTES = 2**20
 
@@ -26,14 +26,14 @@ _MAX_META_BYTES = 2**20
 def write_folder(frame: Frame, folder: Path, suffixes: Mapping[str, str]) -> None:
     """Write each quantity into an empty folder. Not atomic; see `converters.frames.io`.
 
-    Without a wish in `suffixes`, the masks that PNG can hold become PNG: `hit`, and `shadow`
-    where `hit` is there to say where it applies: black there is 0 as well as −1, nothing hit.
-    Everything else becomes OpenEXR, `color` with a `color.png` beside it for people to look at.
+    Where `suffixes` names no format, masks become PNG: `hit`, and `shadow` if the frame has `hit`,
+    since black stands for both 0 and −1, nothing hit. Everything else becomes OpenEXR, with a
+    `color.png` beside `color.exr` for people to look at.
 
     Raises
     ------
     InputError
-        A wish for an unknown quantity or format, or for one that cannot hold the quantity.
+        An unknown quantity in `suffixes`, or a format that cannot hold its quantity.
     """
     unknown = sorted(set(suffixes) - set(QUANTITIES))
     if unknown:
@@ -48,15 +48,16 @@ def write_folder(frame: Frame, folder: Path, suffixes: Mapping[str, str]) -> Non
 
 
 def read_folder(folder: Path, expect: Size) -> Frame:
-    """Read every image that bears a quantity's name: NAME.png, .exr, .pfm, .npy, ….
+    """Read every image that is named after a quantity: NAME.png, .exr, .pfm, .npy, ….
 
-    Files that are no images are left alone, and so is `color.png` beside the numbers of `color`.
-    An image under another name is an error, since a slip such as `dept.exr` would else count as
-    'not given'.
+    Files that are not images are ignored, and so is `color.png` beside the numbers of `color`. An
+    image under another name is an error: a typing error such as `dept.exr` must not count as 'not
+    given'.
 
     Raises
     ------
     InputError
+        No image, an unknown name, a quantity that occurs twice, or an image that cannot be read.
     """
     arrays: dict[str, Array] = {}
     masked = False
@@ -69,7 +70,7 @@ def read_folder(folder: Path, expect: Size) -> Frame:
         expect = arrays[name].shape[0], arrays[name].shape[1]
     if masked and "hit" in arrays:
         shadow = QUANTITIES["shadow"]
-        arrays["shadow"][~arrays["hit"]] = shadow.miss  # which black and white cannot say
+        arrays["shadow"][~arrays["hit"]] = shadow.miss  # black and white cannot express it
     return Frame(arrays, _read_meta(folder / META_FILE))
 
 
@@ -82,7 +83,7 @@ def _images(folder: Path) -> dict[str, Path]:
         if path.suffix.lower() not in SUFFIXES or path.name.startswith("."):
             continue
         if path.stem not in QUANTITIES or path.stem in found:
-            what = "a quantity stands twice" if path.stem in found else "unknown quantity"
+            what = "a quantity occurs twice" if path.stem in found else "unknown quantity"
             raise InputError(
                 what, where=str(folder), got=path.name, expected=f"one of {', '.join(QUANTITIES)}"
             )

@@ -1,4 +1,4 @@
-"""Image files through OpenImageIO: rows in, rows out, a few at a time, row 0 at the top."""
+"""Image files through OpenImageIO, read and written in blocks of rows, row 0 at the top."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from minirt.errors import InputError
 
 Array = NDArray[Any]
 
-#: Working memory of one block of rows, in bytes. It bounds what a whole image needs beside itself.
+#: Size of one block of rows, in bytes. It bounds the memory that is needed beside the image itself.
 BLOCK_BYTES = 2**25
 
 oiio.attribute("try_all_readers", 0)  # a file is what its suffix says, or it is broken
@@ -36,11 +36,11 @@ class Image:
     channels : tuple of str
         Their names, in the order of the planes.
     alpha : int
-        Which of them is the coverage; −1 where none is.
+        Which of them is alpha, the coverage; −1 for none.
     white : int
         The code of full intensity of an integer image (PNG, TIFF); 0 where values are numbers.
     attributes : dict of str to str
-        The textual ones of its metadata.
+        Its metadata of type text.
     """
 
     path: str
@@ -84,7 +84,7 @@ class Image:
 
 @contextmanager
 def open_image(path: Path, expect: Size) -> Iterator[Image]:
-    """Open an image file and check what its header claims, before anything is allocated.
+    """Open an image file and check its header, before anything is allocated.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def write_image_file(
         spec.channelnames = channels
         spec.alpha_channel = channels.index("A") if "A" in channels else -1
         spec.attribute("compression", "zip")
-        spec.attribute("DateTime", "")  # or the time of writing would be put in
+        spec.attribute("DateTime", "")  # otherwise the time of writing is stored
         for key, value in (attributes or {}).items():
             spec.attribute(key, value)
     out = oiio.ImageOutput.create(str(path))
@@ -159,7 +159,7 @@ def write_image_file(
         block = slice(top, min(top + step, ny))
         done = done and out.write_scanlines(block.start, block.stop, 0, rows(block))
     if not (out.close() and done):
-        raise OSError(_line(out.geterror()) or "the image could not be written whole")
+        raise OSError(_line(out.geterror()) or "the image could not be written completely")
 
 
 def _runs(spec: oiio.ImageSpec) -> Iterator[tuple[int, int, Any]]:
@@ -195,5 +195,5 @@ def _unreadable(path: str, reason: str) -> InputError:
 
 
 def _line(text: str) -> str:
-    """A library's message on one line of bounded length."""
+    """A library's message on one line of at most 300 characters."""
     return " ".join(text.split())[:300]

@@ -1,4 +1,4 @@
-"""Frames in files: `.npz`, `.exr`, or a folder of single images; written whole or not at all."""
+"""Frames read from and written to `.npz`, `.exr`, or a folder of images; writing is atomic."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write_frame(frame: Frame, path: str | Path, images: Mapping[str, str] | None
     path : path
         `.npz`: every bit, with the table's types. `.exr`: float32, for every viewer. A name
         without a suffix, with the suffix `.d` or with a slash at its end: a folder of images,
-        which may take the place of a folder of images but of no other.
+        which may replace a folder of images but no other.
     images : mapping of str to str, optional
         For a folder: the suffix of some quantities, ``{"color": ".png"}``. By default `.png` for
         `hit` and `shadow` (black is 0 or nothing hit: `hit` tells which), `.exr` for the rest,
@@ -56,6 +56,7 @@ def write_image(frame: Frame, quantity: str, path: str | Path) -> None:
 
     Parameters
     ----------
+    frame : Frame
     quantity : str
         Its name.
     path : path
@@ -72,17 +73,17 @@ def write_image(frame: Frame, quantity: str, path: str | Path) -> None:
 
 
 def read_frame(path: str | Path, expect: Size = None) -> Frame:
-    """Read the quantities that a file or folder gives; what it does not give is absent.
+    """Read the quantities that a file or folder holds; the others are absent from the frame.
 
-    Values are taken over where the table's type holds them exactly: float32 for float64, numbers
-    0 and 1 for bool, whole floats for integers. NaN is read: judging it is the comparison's task.
+    Values are accepted where the table's type holds them exactly: float32 for float64, numbers 0
+    and 1 for bool, whole floats for integers. NaN is accepted: judging it is the comparison's task.
 
     Parameters
     ----------
     path : path
         `.npz`, `.exr`, or a folder of images (see `converters.frames.folder`).
     expect : (ny, nx), optional
-        Another size is refused by the header alone, before anything is allocated.
+        Another size is refused after reading the header, before anything is allocated.
 
     Raises
     ------
@@ -125,14 +126,14 @@ def _unknown_format(path: str | Path) -> InputError:
 
 
 def _require_replaceable(folder: Path) -> None:
-    """Only a folder that a frame was written to, or an empty one, may be replaced."""
+    """Refuse to replace a folder that holds anything but a frame's images."""
     if not folder.is_dir():
         return
     for entry in folder.iterdir():
         ours = entry.stem in QUANTITIES and entry.suffix.lower() in SUFFIXES
         if not entry.is_file() or not (ours or entry.name == META_FILE):
             raise InputError(
-                "the folder holds other things than a frame and is not replaced",
+                "the folder holds other files than a frame's and is not replaced",
                 where=str(folder),
                 got=entry.name,
                 expected="a new name, or a folder of a frame's images",

@@ -30,7 +30,7 @@ def write_npz(frame: Frame, path: Path) -> None:
     """Write quantities in the table's order, and `meta`. Not atomic; see `converters.frames.io`.
 
     Members are stored, not compressed, with a fixed date: two equal frames are equal files, on
-    any machine and with any version of zlib. Arrays go out a block of rows at a time.
+    any machine and with any version of zlib. Arrays are written a block of rows at a time.
     """
     with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         for name in QUANTITIES:
@@ -51,14 +51,15 @@ def write_array(stream: IO[bytes], array: Array) -> None:
 
 
 def read_npz(path: Path, expect: Size) -> Frame:
-    """Read an archive of quantities; sizes and types are judged before anything is allocated.
+    """Read an archive of quantities; sizes and types are checked before anything is allocated.
 
-    `meta` may be absent. Unpickling is never done.
+    `meta` may be absent. Nothing is ever unpickled.
 
     Raises
     ------
     InputError
-        Broken, a name that is not in the table, or an array that its quantity cannot be.
+        Not a readable archive, a name that is not in the table, or an array that the quantity
+        cannot be.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -75,6 +76,7 @@ def read_npy(path: Path, quantity: Quantity, expect: Size) -> Array:
     Raises
     ------
     InputError
+        Not a readable array, or one that the quantity cannot be.
     """
     try:
         return _read_array(
@@ -110,7 +112,7 @@ def parse_meta(text: str, where: str) -> dict[str, str]:
 
 def _write_member(archive: zipfile.ZipFile, name: str, array: Array) -> None:
     member = zipfile.ZipInfo(f"{name}.npy", date_time=(1980, 1, 1, 0, 0, 0))
-    member.create_system = 3  # what a reader may expect the permissions to mean: Unix
+    member.create_system = 3  # Unix, for the meaning of the permissions
     member.external_attr = 0o644 << 16
     with archive.open(member, "w", force_zip64=True) as stream:
         if array.ndim:
@@ -127,7 +129,7 @@ def _read_members(archive: zipfile.ZipFile, path: Path, expect: Size) -> Frame:
         name = member.filename.removesuffix(".npy")
         if name in seen or (name not in QUANTITIES and name != _META):
             raise InputError(
-                "an array stands twice" if name in seen else "unknown quantity",
+                "an array occurs twice" if name in seen else "unknown quantity",
                 where=str(path),
                 got=repr(member.filename)[:80],
                 expected=", ".join([*QUANTITIES, _META]),
@@ -152,7 +154,7 @@ def _read_members(archive: zipfile.ZipFile, path: Path, expect: Size) -> Frame:
 def _read_array(
     opener: Callable[[], IO[bytes]], length: int, quantity: Quantity, where: str, expect: Size
 ) -> Array:
-    """Judge an array by its header, then read it."""
+    """Check an array by its header, then read it."""
     with opener() as stream:
         shape, dtype = _read_header(stream)
         check_type(dtype, quantity, where)
@@ -162,7 +164,7 @@ def _read_array(
         check_size(shape[0], shape[1], expect, where)
         if stream.tell() + math.prod(shape) * dtype.itemsize != length:
             raise InputError(
-                "the array has not the length that its header says",
+                "the array's length is not the one in its header",
                 where=where,
                 got=f"{length:,} bytes",
                 expected=f"{stream.tell() + math.prod(shape) * dtype.itemsize:,}",

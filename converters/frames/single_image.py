@@ -18,7 +18,7 @@ from minirt.quantities import QUANTITIES, Quantity
 
 Array = NDArray[Any]
 
-#: Read, as far as they can hold the quantity; .npy, .exr, .pfm and .png are written too.
+#: Formats that are read, if they can hold the quantity; .npy, .exr, .pfm and .png are written.
 SUFFIXES = (
     ".npy", ".exr", ".pfm", ".png", ".tif", ".tiff", ".hdr",
     ".bmp", ".tga", ".jpg", ".jpeg", ".ppm", ".pgm",
@@ -33,6 +33,7 @@ def write_single(frame: Frame, name: str, path: Path) -> None:
     Raises
     ------
     InputError
+        A quantity that the frame does not have, or that the format cannot hold.
     """
     if name not in frame:
         raise InputError(
@@ -57,7 +58,7 @@ def write_single(frame: Frame, name: str, path: Path) -> None:
 
 
 def read_single(path: Path, quantity: Quantity, expect: Size) -> tuple[Array, bool]:
-    """Read one quantity from an image; and whether it came as black and white.
+    """Read one quantity from an image; and whether the image is a black and white mask.
 
     Integer images (PNG, …) hold masks, true from half of full intensity, or `color` in sRGB, or
     `alpha`. All others (EXR, PFM, …) hold the numbers themselves.
@@ -65,12 +66,13 @@ def read_single(path: Path, quantity: Quantity, expect: Size) -> tuple[Array, bo
     Raises
     ------
     InputError
+        Not a readable image, or one that cannot hold the quantity.
     """
     with open_image(path, expect) as image:
         where = str(path)
         if image.white and quantity.name not in (*_MASKS[:2], "color", "alpha"):
             raise InputError(
-                "a picture of integers cannot hold the quantity",
+                "an image of integers cannot hold the quantity",
                 where=where,
                 expected=".npy, .exr or .pfm",
             )
@@ -118,14 +120,14 @@ def _write_numbers(frame: Frame, quantity: Quantity, path: Path) -> None:
 
 
 def _grey(image: Image, planes: list[Array]) -> Array:
-    """Mean of the channels, coverage left out."""
+    """Mean of the channels without coverage."""
     used = _without_coverage(image, planes)
     total: Array = sum((plane.astype(np.float64) for plane in used[1:]), used[0].astype(np.float64))
     return total / len(used)
 
 
 def _components(image: Image, planes: list[Array], quantity: Quantity) -> list[Array]:
-    """The planes of a quantity's components, out of an image that may have more or fewer."""
+    """The planes of a quantity's components, from an image that may have more or fewer channels."""
     wanted = quantity.components
     used = planes if len(planes) == wanted else _without_coverage(image, planes)
     if len(used) == wanted:
@@ -137,7 +139,7 @@ def _components(image: Image, planes: list[Array], quantity: Quantity) -> list[A
     if len(used) == 1 and quantity.name == "color":
         return used * 3
     raise InputError(
-        "the image has not the channels of the quantity",
+        "the image does not have the quantity's channels",
         where=image.path,
         got=", ".join(image.channels)[:200],
         expected=f"{wanted} of them",

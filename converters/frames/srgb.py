@@ -1,4 +1,4 @@
-"""Linear light to sRGB's codes and back, by tables: the same bytes on every machine.
+"""Linear light to sRGB codes and back, by tables: the same bytes on every machine.
 
 Source: IEC 61966-2-1.
 """
@@ -15,12 +15,18 @@ from minirt.vectors import Floats
 
 
 def srgb_codes(linear: Floats) -> NDArray[np.uint8]:
-    """The 8-bit code whose exact value is nearest after encoding; clamped, NaN becomes 0.
+    """The nearest 8-bit sRGB codes; values are clamped, NaN becomes 0.
 
     Parameters
     ----------
     linear : array of any shape, float64
         Linear light; 1 is white.
+
+    Returns
+    -------
+    uint8 array of the same shape
+
+    Source: IEC 61966-2-1.
     """
     codes = np.searchsorted(_steps(), np.nan_to_num(linear, nan=0.0), side="right")
     return codes.astype(np.uint8)

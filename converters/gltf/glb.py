@@ -12,17 +12,17 @@ from typing import Any
 from minirt.vectors import Floats, Ints
 
 _MAGIC, _VERSION = b"glTF", 2
-_VERTICES, _INDICES = 34962, 34963  # what a buffer view is for
+_VERTICES, _INDICES = 34962, 34963  # targets of a buffer view
 _FLOAT, _UINT = 5126, 5125
 
 
 class Buffer:
-    """The file's binary part, and the accessors that say what lies where in it.
+    """The file's binary chunk, and the accessors and views that describe its content.
 
     Attributes
     ----------
     accessors, views : list of dict
-        As the document needs them.
+        As the JSON document lists them.
     """
 
     def __init__(self) -> None:
@@ -31,13 +31,13 @@ class Buffer:
         self._bytes = bytearray()
 
     def add_points(self, points: Floats) -> int:
-        """Store points or vectors (k, 3) as float32; the accessor's number."""
+        """Store points or vectors (k, 3) as float32; returns the accessor's number."""
         stored = points.astype("<f4")
         bounds = {"min": stored.min(axis=0).tolist(), "max": stored.max(axis=0).tolist()}
         return self._add(stored.tobytes(), _VERTICES, _FLOAT, "VEC3", len(stored), bounds)
 
     def add_faces(self, faces: Ints) -> int:
-        """Store vertex numbers (m, 3) as uint32; the accessor's number."""
+        """Store vertex numbers (m, 3) as uint32; returns the accessor's number."""
         return self._add(faces.astype("<u4").tobytes(), _INDICES, _UINT, "SCALAR", faces.size, {})
 
     def _add(
@@ -57,7 +57,7 @@ class Buffer:
         return len(self.accessors) - 1
 
     def file(self, document: dict[str, Any]) -> bytes:
-        """The whole file: the document, completed by what is stored, and the binary part."""
+        """The complete file: the document, with the accessors and views added, and the chunk."""
         length = len(self._bytes)
         stored = {
             "accessors": self.accessors,

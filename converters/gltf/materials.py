@@ -5,9 +5,9 @@
 | diffuse | base colour, turned towards white as k_r makes it a mirror |
 | k_r | metallic; roughness falls to 0 with it |
 | specular, shininess n | roughness √α, α = √(2/(n+2)); 1 without a specular term |
-| ambient | emissive: light that is there without a lamp |
+| ambient | emissive: radiance that needs no light |
 | ior, k_t | KHR_materials_ior, KHR_materials_transmission |
-| α | the base colour's, of which an opaque material takes no notice, as in minirt |
+| α | the base colour's, which an opaque material ignores, as minirt does |
 
 Source of α: B. Walter et al. 2007, n = 2/α² − 2; roughness is √α in glTF.
 """
@@ -22,7 +22,7 @@ Description = dict[str, Any]
 
 
 def material_to_gltf(name: str, material: Material) -> Description:
-    """glTF's nearest material, its numbers within what the format allows."""
+    """The nearest glTF material, its numbers clamped to what the format allows."""
     mirror = material.reflectance
     base = [min(c, 1.0) * (1 - mirror) + mirror for c in material.diffuse]
     rough = (2 / (material.shininess + 2)) ** 0.25 if any(material.specular) else 1.0
@@ -47,5 +47,5 @@ def material_to_gltf(name: str, material: Material) -> Description:
 
 
 def used_extensions(materials: list[Description]) -> list[str]:
-    """The extensions that materials use."""
+    """Names of the glTF extensions that some materials use, sorted."""
     return sorted({name for material in materials for name in material.get("extensions", ())})

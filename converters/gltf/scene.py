@@ -1,17 +1,17 @@
 """A scene as one glTF 2.0 file (.glb) that any viewer opens: triangles, camera, light.
 
-What glTF has no words for is approximated:
+What glTF cannot express is approximated:
 
 - a sphere is a polyhedron within 0.2 % of its radius (`converters.tessellate`), its normals exact;
 - a material is metallic-roughness: see `converters.gltf.materials`;
 - glTF's camera is centred, has no pixels of its own and cannot be mirrored. Where the screen is
   off-axis the camera is the centred one that just contains it; where the picture is mirrored (u
-  runs to the left of somebody who looks at the screen, head along v), the camera's is not. The
-  screen itself goes with the camera, under ``extras``;
+  points to the left as the observer sees the screen, v upwards), the camera's is not. The
+  screen itself is kept with the camera, under ``extras``;
 - background, shadow colour, ε and max_depth are left out.
 
-Vertices are float32. Where that would cost a scene its digits, they are stored about its middle,
-and the root node puts them in their place: see `converters.placement`.
+Vertices are float32. Where that would cost a scene its precision, they are stored relative to its
+middle, and the root node moves them back: see `converters.placement`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from converters.gltf.glb import Buffer
 from converters.gltf.materials import material_to_gltf, used_extensions
 from converters.gltf.view import camera, camera_node, light, light_node
 from converters.placement import Placement, fitted_placement
-from converters.tessellate import ball_within
+from converters.tessellate import icosphere_within
 from minirt.errors import InputError
 from minirt.scene import Object, Scene, Sphere
 from minirt.vectors import Floats, Ints
@@ -38,6 +38,12 @@ CHORD_ERROR = 2e-3
 
 def export_gltf(scene: Scene, path: str | Path) -> None:
     """Write a scene as one .glb file; atomic.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : path
+        ``NAME.glb``.
 
     Raises
     ------
@@ -91,19 +97,19 @@ class _Meshes:
         self.found: list[Description] = []
         self._materials = {name: number for number, name in enumerate(scene.materials)}
         self._buffer, self._placement = buffer, placement
-        self._balls: dict[str, int] = {}
+        self._sphere_meshes: dict[str, int] = {}
 
     def node(self, thing: Object) -> Description:
         """The object's node; its mesh is made where there is none yet."""
         if not isinstance(thing, Sphere):
             mesh = self._add(thing.material, self._triangles(thing.vertices, thing.faces))
             return {"name": thing.name, "mesh": mesh}
-        if thing.material not in self._balls:
-            self._balls[thing.material] = self._add(thing.material, self._sphere)
-        radius = self._placement.length(thing.radius) * (1 + ball_within(CHORD_ERROR).error)
+        if thing.material not in self._sphere_meshes:
+            self._sphere_meshes[thing.material] = self._add(thing.material, self._sphere)
+        radius = self._placement.length(thing.radius) * (1 + icosphere_within(CHORD_ERROR).error)
         return {
             "name": thing.name,
-            "mesh": self._balls[thing.material],
+            "mesh": self._sphere_meshes[thing.material],
             "translation": self._placement.points(thing.center).tolist(),
             "scale": [radius] * 3,
         }
@@ -115,10 +121,10 @@ class _Meshes:
     @cached_property
     def _sphere(self) -> Description:
         """The unit sphere: its points are its normals."""
-        ball = ball_within(CHORD_ERROR)
-        points = self._buffer.add_points(ball.vertices)
+        icosphere = icosphere_within(CHORD_ERROR)
+        points = self._buffer.add_points(icosphere.vertices)
         attributes = {"POSITION": points, "NORMAL": points}
-        return {"attributes": attributes, "indices": self._buffer.add_faces(ball.faces)}
+        return {"attributes": attributes, "indices": self._buffer.add_faces(icosphere.faces)}
 
     def _add(self, material: str, triangles: Description) -> int:
         self.found.append({"primitives": [triangles | {"material": self._materials[material]}]})

@@ -1,4 +1,4 @@
-"""Phong's material in Mitsuba's terms: exact for pure diffuse and pure mirrors, else approximate.
+"""Phong's material as Mitsuba's BSDFs: exact for pure diffuse and mirror, else approximate.
 
 | minirt | Mitsuba | |
 |---|---|---|
@@ -7,7 +7,7 @@
 | specular, shininess n | `roughplastic`, Beckmann, α = √(2/(n+2)) | as wide; Fresnel's strength |
 | k_r, k_t between 0 and 1 | `blendbsdf` by those shares | the same shares |
 | ior, k_t > 0 | smooth `dielectric` | the same directions; Fresnel's share is reflected too |
-| ambient, α | nothing | light from nowhere, and a number that minirt only carries along |
+| ambient, α | nothing | radiance without a light; a number that minirt only copies |
 
 α of the lobe: B. Walter et al. 2007 (Microfacet Models for Refraction), n = 2/α² − 2.
 """
@@ -46,7 +46,7 @@ def rgb(color: tuple[float, float, float]) -> Description:
 
 
 def _opaque(material: Material) -> Description:
-    """What is left where nothing is let through: mirror and local colour by their shares."""
+    """The part that is not transmitted: mirror and local colour by their shares."""
     remaining = 1 - material.transmittance
     share = min(material.reflectance / remaining, 1.0) if remaining > 0 else 0.0
     mirror = {"type": "conductor", "material": "none"}

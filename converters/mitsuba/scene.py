@@ -1,7 +1,7 @@
-"""A scene in Mitsuba 3's language: a plain nested dict, or a folder for Mitsuba's own command.
+"""A scene for Mitsuba 3: a plain nested dict, or a folder for Mitsuba's own command.
 
-Nothing here imports Mitsuba. What its language cannot say exactly is listed with the materials
-(`converters.mitsuba.materials`); besides: a background that is not black becomes a `constant`
+Nothing here imports Mitsuba. What it cannot express exactly is listed with the materials
+(`converters.mitsuba.materials`). Besides, a background that is not black becomes a `constant`
 emitter, which also lights the objects, and a shadow colour has no counterpart.
 """
 
@@ -23,7 +23,7 @@ from minirt.scene import Object, Scene, Sphere
 from minirt.screen import VirtualScreen
 from minirt.vectors import norm
 
-#: Clipping planes of a scene of comfortable size; wider than any ray is long.
+#: Clipping planes of a scene whose extent lies in [1, 64]: no ray of it is clipped.
 NEAR, FAR = 2.0**-20, 2.0**20
 #: The files of an export, and the picture that its command renders.
 EXPORTED = ("scene.xml", "object_*.ply", "scene.exr")
@@ -42,7 +42,7 @@ def scene_to_dict(scene: Scene, folder: Path, placement: Placement = IDENTITY) -
     folder : Path
         Exists.
     placement : Placement
-        Where the scene stands in Mitsuba's coordinates.
+        From scene coordinates to Mitsuba's.
 
     Returns
     -------
@@ -51,11 +51,11 @@ def scene_to_dict(scene: Scene, folder: Path, placement: Placement = IDENTITY) -
     Raises
     ------
     InputError
-        The camera cannot be expressed: see `camera_fault`.
+        The camera cannot be expressed: see `unsupported_camera`.
     """
-    fault = camera_fault(scene.screen)
-    if fault:
-        raise InputError(fault, where=f"scene {scene.name!r}: screen")
+    reason = unsupported_camera(scene.screen)
+    if reason:
+        raise InputError(reason, where=f"scene {scene.name!r}: screen")
     names = {name: f"material_{k:06d}" for k, name in enumerate(scene.materials)}
     return {
         "type": "scene",
@@ -107,7 +107,7 @@ def export_mitsuba(
         (staging / "scene.xml").write_text(scene_xml(description), encoding="utf-8")
 
 
-def camera_fault(screen: VirtualScreen) -> str | None:
+def unsupported_camera(screen: VirtualScreen) -> str | None:
     """Why Mitsuba's perspective camera cannot be this screen; None where it can.
 
     Its pixels are square. A deviation below float32's rounding, 2⁻²⁴, is not one.
@@ -124,7 +124,7 @@ def near_clip(scene: Scene, placement: Placement) -> float:
 
 
 def _magnitude(scene: Scene, placement: Placement) -> float:
-    """The power of two that a placed scene outgrows the comfortable extents by."""
+    """The scale of a placed scene outside [1, 64], as a power of two; 1 within."""
     extent = placement.length(scene.extent)
     return 2.0 ** math.frexp(extent)[1] if not 1 <= extent <= 64 else 1.0
 
@@ -163,7 +163,7 @@ def _camera_rows(screen: VirtualScreen, placement: Placement) -> list[list[float
 
 
 def _light(scene: Scene) -> Description:
-    """Irradiance π·color: a Lambertian surface then sends back diffuse · color · cos θ."""
+    """Irradiance π·color: a Lambertian surface then reflects diffuse · color · cos θ."""
     direction = np.array(scene.light_direction)
     direction = direction / np.abs(direction).max()  # no overflow in the length
     r, g, b = (math.pi * channel for channel in scene.light_color)

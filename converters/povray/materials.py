@@ -1,11 +1,11 @@
 """Phong's material as POV-Ray's layered texture, whose colour is exactly rule S13's and S7's.
 
-Behind layers that let F through, a layer of pigment P, transmit τ, emission e, diffuse d and
-phong p adds ``F·P·(1−τ)·(e + light·d·max(0, s·L)) + F·light·p·max(0, ρ·L)^n``, in shadow
-``F·P·(1−τ)·e``, and lets F·τ on, or F·P where it has ``filter 1`` (read in the source of 3.7,
-measured, and held by every scene of the atlas). So, from the top, with w = 1 − k_r − k_t:
+Behind layers that transmit F, a layer of pigment P, transmit τ, emission e, diffuse d and phong p
+adds ``F·P·(1−τ)·(e + light·d·max(0, s·L)) + F·light·p·max(0, ρ·L)^n``, in shadow ``F·P·(1−τ)·e``,
+and transmits F·τ, or F·P where it has ``filter 1`` (read in the source of 3.7, measured, and
+verified by every scene of the atlas). So, from the top, with w = 1 − k_r − k_t:
 
-| layer | pigment | lets on | finish | adds |
+| layer | pigment | transmits | finish | adds |
 |---|---|---|---|---|
 | emission | ambient, or the shadow colour | ½ | emission, reflection | w·ambient, k_r·C(ρ) |
 | where shadow has a colour | (ambient − shadow)/light | ½ | brilliance 0 | the rest, lit |
@@ -13,10 +13,10 @@ measured, and held by every scene of the atlas). So, from the top, with w = 1 �
 | where specular is coloured | filters specular | | phong | w·specular·max(0, ρ·L)^n |
 | last | black | what makes the whole k_t | | k_t·C(ϱ) |
 
-`refraction` is what reaches the eye of any ray behind the surface, also of the one mirrored at
-total reflection, which no layer filters: it is k_r + k_t, as E2 asks for, and the layers let on
-k_t/(k_r + k_t). An object that lets light through throws no shadow itself: a twin that only
-shadow rays meet does (S12: any object makes shadow), see `converters.povray.scene`.
+`refraction` scales what arrives from behind the surface, also the ray mirrored at total reflection,
+which no layer filters: it is k_r + k_t, as E2 demands, and the layers transmit k_t/(k_r + k_t). A
+transparent object casts no shadow itself: a twin that only shadow rays hit does (S12: every object
+casts a shadow), see `converters.povray.scene`.
 """
 
 from __future__ import annotations
@@ -27,26 +27,26 @@ from converters.povray.shapes import vector
 from minirt.scene import Material
 
 Color = tuple[float, float, float]
-#: A share of the strongest channel whose inverse float32 holds too: what is fainter filters
-#: everything, and no filter above it brings that back.
+#: A share of the strongest channel whose inverse is in float32's range too: a fainter channel is
+#: filtered out, and no filter above can restore it.
 _FAINTEST = 2.0**-100
 
 
 @dataclass
 class _Layers:
-    """A stack of layers from the top, and what it lets through so far."""
+    """A stack of layers from the top, and the share that it transmits so far."""
 
     through: float = 1.0
     text: list[str] = field(default_factory=list)
 
     def add(self, color: Color, on: float, finish: str = "") -> None:
-        """A layer that lets `on` through, unfiltered."""
+        """Add a layer that transmits the share `on`, unfiltered."""
         transmit = f" transmit {on!r}" if on else ""
         self._put(f"rgb {vector(color)}{transmit}", finish)
         self.through *= on
 
     def filter(self, color: Color) -> None:
-        """A layer that lets on its colour."""
+        """Add a layer that transmits its colour."""
         self._put(f"rgb {vector(color)} filter 1", "")
 
     def _put(self, pigment: str, finish: str) -> None:
@@ -54,15 +54,15 @@ class _Layers:
         self.text.append(f"texture {{ pigment {{ {pigment} }}{finish} }}")
 
 
-def material_fault(material: Material, light: Color, shadow: Color | None) -> str | None:
-    """Why layers cannot give this material's colour exactly; None where they can."""
+def unsupported_material(material: Material, light: Color, shadow: Color | None) -> str | None:
+    """Why layers cannot express this material's colour exactly; None where they can."""
     if shadow is not None:
         channels = zip(light, material.ambient, shadow, strict=True)
         if any(lamp == 0 and lit != dark for lamp, lit, dark in channels):
             return "a shadow colour other than the ambient one, in a channel without light"
     least = _FAINTEST * max(material.specular)
     if material.transmittance and any(material.specular) and min(material.specular) <= least:
-        return "a highlight that lacks a channel, on something that lets light through"
+        return "a highlight that lacks a channel, on a transparent object"
     return None
 
 
@@ -74,13 +74,13 @@ def material_texture(
     Parameters
     ----------
     material : Material
-        Without a `material_fault`.
+        One that `unsupported_material` allows.
     light : tuple of 3 float
         The light's colour.
     shadow : tuple of 3 float or None
         The scene's shadow colour.
     exposure : float
-        Factor on what shines by itself; the light in the file must carry it too.
+        Factor on emission; the light in the file must have it too.
     """
     k_r, k_t = material.reflectance, material.transmittance
     w = 1 - k_r - k_t

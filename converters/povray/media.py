@@ -1,10 +1,10 @@
-"""Who is in what: POV-Ray's indices of refraction for a scene's transparent bodies.
+"""Nested media: POV-Ray's indices of refraction for a scene's transparent bodies.
 
-minirt asks the surface alone: a ray that meets its outside goes from 1 to ior, one that meets its
-inside from ior to 1, whatever is around. POV-Ray keeps a list of the interiors a ray is in and
-takes the quotient of the last one's index and the next one's. The two are the same where bodies
-are apart or strictly one in another, and POV-Ray's index of each is the product of the `ior` of
-all that it lies in. Whether rays really find it so is for `reference` to check.
+minirt looks at the surface alone: a ray that hits its outside goes from 1 to ior, one that hits
+its inside from ior to 1, whatever is around. POV-Ray keeps a list of the interiors that a ray is
+in and takes the quotient of the last one's index and the next one's. The two agree where bodies
+are disjoint or strictly nested, and POV-Ray's index of each is the product of the `ior` of all
+bodies that it lies in. Whether this holds for the rays of a scene is checked in `reference`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from minirt.scene import Object, Scene, Sphere
 from minirt.vectors import Floats, column, cross, dot, norm
 
-#: Least share of the full solid angle under which an observer sees a surface's inside: inside it.
+#: An observer who sees a surface's inside under more than this share of 4π is inside the body.
 _INSIDE = 1 / 16
 
 
@@ -38,19 +38,19 @@ class Body:
 
 
 def transparent_bodies(scene: Scene) -> tuple[Body, ...]:
-    """The bodies of a scene that let light through, each with its index in POV-Ray.
+    """The transparent bodies of a scene, each with its index in POV-Ray.
 
     Its list of interiors is empty at the observer (see `converters.povray.shapes`), so that the
-    index there is 1. A body that he is in is entered, for POV-Ray, where he looks out of it: the
-    index of what is behind its surface is 1/ior of what is before.
+    index there is 1. A body that contains the observer is entered, for POV-Ray, where a ray leaves
+    it: the index behind its surface is 1/ior of the index before it.
     """
     groups = _groups(scene)
-    turned = [_holds(scene, group, np.array(scene.screen.P0)) for group in groups]
+    turned = [_contains(scene, group, np.array(scene.screen.P0)) for group in groups]
     bodies = []
     for group in groups:
         index, point = 1.0, _surface_point(scene.objects[group[0]])
         for other, out in zip(groups, turned, strict=True):
-            behind = out != (other is group or _holds(scene, other, point))
+            behind = out != (other is group or _contains(scene, other, point))
             if other is group and out:
                 index /= _ior(scene, other)
             elif behind:
@@ -82,8 +82,8 @@ def _surface_point(thing: Object) -> Floats:
     return np.asarray(thing.vertices[0])
 
 
-def _holds(scene: Scene, group: tuple[int, ...], point: Floats) -> bool:
-    """Whether a point lies in a body: in the sphere, or seeing enough of the facets' inside."""
+def _contains(scene: Scene, group: tuple[int, ...], point: Floats) -> bool:
+    """Whether a point is in a body: in its sphere, or where it sees its facets from inside."""
     things = [scene.objects[number] for number in group]
     inside = 0.0
     for thing in things:
@@ -94,7 +94,7 @@ def _holds(scene: Scene, group: tuple[int, ...], point: Floats) -> bool:
 
 
 def _solid_angle(a: Floats, b: Floats, c: Floats) -> float:
-    """Under which triangles (3, m) are seen from the origin, positive from behind.
+    """The solid angle of triangles (3, m) seen from the origin, positive from behind.
 
     Source: A. Van Oosterom, J. Strackee 1983, doi:10.1109/TBME.1983.325207.
     """

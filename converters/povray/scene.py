@@ -1,15 +1,15 @@
 """A scene in POV-Ray 3.7's language: one text that renders alone, in the slides' own colours.
 
 Nothing here starts POV-Ray. It is a Whitted tracer in double precision with analytic spheres, so
-everything is exact but for rounding: the camera (`converters.povray.shapes`), the materials
+everything is exact up to rounding: the camera (`converters.povray.shapes`), the materials
 (`converters.povray.materials`), the indices of refraction (`converters.povray.media`), and
 
-- shadow (S12): whatever lets light through has `no_shadow`, and an opaque twin in its place that
-  neither the camera nor a reflected or refracted ray meets, only shadow rays;
+- shadow (S12): a transparent object has `no_shadow`, and an opaque twin in the same place that
+  only shadow rays hit, neither the camera's nor reflected or refracted ones;
 - depth (S7): POV-Ray counts the primary ray, so its `max_trace_level` is max_depth + 1;
-- no light but the scene's: `ambient` is 0 everywhere, what shines by itself is `emission`.
+- no light but the scene's: `ambient` is 0 everywhere, a material's own radiance is `emission`.
 
-What it cannot say is listed by `color_faults`.
+What it cannot express is listed by `unsupported_colors`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ import numpy as np
 
 from converters.atomic import atomic_file
 from converters.placement import Placement
-from converters.povray.materials import Color, material_fault, material_texture
+from converters.povray.materials import Color, material_texture, unsupported_material
 from converters.povray.media import transparent_bodies
 from converters.povray.shapes import (
     camera,
-    clips,
+    clip_regions,
     comment,
     parallel_light,
     pieces,
@@ -46,7 +46,7 @@ def povray_scene(scene: Scene, exposure: float = 1.0) -> str:
     ----------
     scene : Scene
     exposure : float
-        Factor on every light and on what shines by itself: image files hold up to 1.
+        Factor on the light and on emission: image files hold values up to 1.
     """
     placement = povray_placement(scene)
     light = tuple(exposure * channel for channel in scene.light_color)
@@ -65,7 +65,7 @@ def povray_scene(scene: Scene, exposure: float = 1.0) -> str:
 
 
 def preamble(scene: Scene, placement: Placement, levels: int) -> list[str]:
-    """What every text begins with: settings that leave no light of POV-Ray's own, and the camera.
+    """The beginning of every text: settings without any light of POV-Ray's own, and the camera.
 
     `levels` counts generations of rays, the primary one included.
     """
@@ -77,11 +77,11 @@ def preamble(scene: Scene, placement: Placement, levels: int) -> list[str]:
     settings = f"assumed_gamma 1 max_trace_level {levels} adc_bailout 0"
     return [
         header,
-        *(f"// not exact: {_line(fault)}" for fault in color_faults(scene)),
+        *(f"// not exact: {_line(reason)}" for reason in unsupported_colors(scene)),
         "#version 3.7;",
         f"global_settings {{ {settings} }}",
         "#default { finish { ambient 0 diffuse 0 } }",
-        *clips(scene, placement),
+        *clip_regions(scene, placement),
         camera(scene, placement),
     ]
 
@@ -98,18 +98,18 @@ def export_povray(scene: Scene, path: Path) -> None:
         staging.write_text(povray_scene(scene), encoding="utf-8")
 
 
-def color_faults(scene: Scene) -> list[str]:
+def unsupported_colors(scene: Scene) -> list[str]:
     """Why POV-Ray's colours cannot be the slides' in this scene; empty where they can."""
     used = dict.fromkeys(thing.material for thing in scene.objects)
     found = [
-        (name, material_fault(scene.materials[name], scene.light_color, scene.shadow_color))
+        (name, unsupported_material(scene.materials[name], scene.light_color, scene.shadow_color))
         for name in used
     ]
-    return [f"material {name!r}: {fault}" for name, fault in found if fault]
+    return [f"material {name!r}: {reason}" for name, reason in found if reason]
 
 
 def brightest(scene: Scene) -> float:
-    """A bound on every channel of the scene's colours, which are convex mixtures of these."""
+    """A bound on every channel of the scene's colours, which are convex combinations of these."""
     colors = [scene.background, scene.shadow_color or (0.0, 0.0, 0.0)]
     light = np.array(scene.light_color)
     for thing in scene.objects:
@@ -140,28 +140,28 @@ def _opaque(scene: Scene, placement: Placement) -> list[str]:
     for number, thing in enumerate(scene.objects):
         if scene.material_of(number).transmittance == 0:
             lines += [comment(number, thing)]
-            lines += pieces(scene, number, placement, _Dress(scene))
+            lines += pieces(scene, number, placement, _MaterialTexture(scene))
     return lines
 
 
 def _transparent(scene: Scene, placement: Placement) -> list[str]:
-    """Bodies, each a union whose parts inherit one interior, with their twins that make shadow."""
+    """Bodies, each a union whose parts inherit one interior, with their twins that cast shadows."""
     lines = []
     for body in transparent_bodies(scene):
         lines.append("union {")
         for number in body.objects:
             thing = scene.objects[number]
             lines += [comment(number, thing)]
-            lines += pieces(scene, number, placement, _Dress(scene), "no_shadow")
+            lines += pieces(scene, number, placement, _MaterialTexture(scene), "no_shadow")
         lines += [f"  interior {{ ior {body.index!r} }}", "}"]
         for number in body.objects:
-            twin = pieces(scene, number, placement, _shade, "no_image no_reflection")
+            twin = pieces(scene, number, placement, _shadow_texture, "no_image no_reflection")
             lines += ["// its shadow", *twin]
     return lines
 
 
-class _Dress:
-    """The texture of every face of an object: its material."""
+class _MaterialTexture:
+    """The texture of every face of an object: its material's."""
 
     def __init__(self, scene: Scene) -> None:
         number = {name: k for k, name in enumerate(scene.materials)}
@@ -171,6 +171,6 @@ class _Dress:
         return f"texture {{ Material_{self.numbers[number]} }}"
 
 
-def _shade(number: int, face: int) -> str:
-    """The texture of what only makes shadow."""
+def _shadow_texture(number: int, face: int) -> str:
+    """The texture of an object that only casts shadows."""
     return "texture { pigment { rgb 0 } }"

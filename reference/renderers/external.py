@@ -248,9 +248,9 @@ def _hand_over(scene: Scene, scene_as: SceneAs, out_as: OutAs, room: Path) -> Pa
     if scene_as == "json":
         return write_scene_folder(scene, folder)
     if scene_as == "mitsuba":
-        from converters.mitsuba.scene import camera_fault, export_mitsuba
+        from converters.mitsuba.scene import export_mitsuba, unsupported_camera
 
-        fault = camera_fault(scene.screen)
+        fault = unsupported_camera(scene.screen)
         if fault:
             raise Unsupported(fault)
         if out_as == "mitsuba":

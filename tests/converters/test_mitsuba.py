@@ -16,7 +16,7 @@ import minirt
 from converters.frames.images import open_image
 from converters.mitsuba.materials import is_exact, material_to_dict
 from converters.mitsuba.ply import write_ply
-from converters.mitsuba.scene import camera_fault, export_mitsuba, object_key, scene_to_dict
+from converters.mitsuba.scene import export_mitsuba, object_key, scene_to_dict, unsupported_camera
 from converters.placement import COMFORTABLE, IDENTITY, Placement, fitted_placement, reach
 from minirt.errors import InputError
 from minirt.scene import Material, Scene
@@ -165,10 +165,10 @@ def test_the_commands_picture_of_a_lit_ball_is_ours(tmp_path: Path) -> None:
 
 def test_pixels_that_are_not_square_are_refused(tmp_path: Path) -> None:
     whole = scene([ball()], screen=SCREEN | {"ny": 50})
-    assert camera_fault(whole.screen) is not None
+    assert unsupported_camera(whole.screen) is not None
     with pytest.raises(InputError, match="square pixels"):
         scene_to_dict(whole, tmp_path)
-    assert camera_fault(scene([ball()]).screen) is None
+    assert unsupported_camera(scene([ball()]).screen) is None
 
 
 @pytest.mark.parametrize(

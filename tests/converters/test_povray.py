@@ -14,9 +14,9 @@ import pytest
 
 import minirt
 from converters.frames.images import open_image
-from converters.povray.materials import material_fault, material_texture
+from converters.povray.materials import material_texture, unsupported_material
 from converters.povray.media import transparent_bodies
-from converters.povray.scene import brightest, color_faults, export_povray, povray_scene
+from converters.povray.scene import brightest, export_povray, povray_scene, unsupported_colors
 from converters.povray.shapes import camera, povray_placement
 from minirt import load_scene
 from minirt.errors import InputError
@@ -161,7 +161,7 @@ def test_layers_add_up_to_the_illumination_model(seed: int) -> None:
         ior=1.5,
     )
     shadow = tuple(random.uniform(0, 1, 3)) if seed % 5 < 2 else None
-    assert material_fault(material, LIGHT, shadow) is None
+    assert unsupported_material(material, LIGHT, shadow) is None
     text = material_texture(material, LIGHT, shadow, 1.0)
     w, cosine, highlight = 1 - material.reflectance - k_t, 0.7, 0.9
     shine = np.array(material.diffuse) * cosine
@@ -183,16 +183,18 @@ def test_layers_add_up_to_the_illumination_model(seed: int) -> None:
 def test_what_layers_cannot_say_is_told() -> None:
     red = {"transmittance": 0.5, "ior": 1.5, "specular": [1.0, 0.0, 0.0]}
     tinted = Material.model_validate(red)
-    assert "lacks a channel" in str(material_fault(tinted, LIGHT, None))
+    assert "lacks a channel" in str(unsupported_material(tinted, LIGHT, None))
     faint = tinted.model_copy(update={"specular": (1e-51, 0.2, 0.3)})
-    assert "lacks a channel" in str(material_fault(faint, LIGHT, None))
-    assert material_fault(faint.model_copy(update={"transmittance": 0.0}), LIGHT, None) is None
+    assert "lacks a channel" in str(unsupported_material(faint, LIGHT, None))
+    assert (
+        unsupported_material(faint.model_copy(update={"transmittance": 0.0}), LIGHT, None) is None
+    )
     plain = Material.model_validate({"ambient": [0.1, 0.1, 0.1]})
-    assert material_fault(plain, (1.0, 0.0, 1.0), None) is None
-    assert material_fault(plain, (1.0, 0.0, 1.0), (0.2, 0.1, 0.0)) is None
-    assert "without light" in str(material_fault(plain, (1.0, 0.0, 1.0), (0.1, 0.2, 0.1)))
+    assert unsupported_material(plain, (1.0, 0.0, 1.0), None) is None
+    assert unsupported_material(plain, (1.0, 0.0, 1.0), (0.2, 0.1, 0.0)) is None
+    assert "without light" in str(unsupported_material(plain, (1.0, 0.0, 1.0), (0.1, 0.2, 0.1)))
     loaded = scene(ball("tinted"), materials={"tinted": red})
-    assert [fault.split(":")[0] for fault in color_faults(loaded)] == ["material 'tinted'"]
+    assert [fault.split(":")[0] for fault in unsupported_colors(loaded)] == ["material 'tinted'"]
     assert "// not exact: material 'tinted'" in povray_scene(loaded)
 
 

@@ -128,7 +128,7 @@ def test_spheres_are_as_fine_as_stated_in_pixels() -> None:
     errors = [error / (whole.pixel * distance) for error, distance in whole.chord_errors()]
     assert len(errors) == 3
     assert all(0.5 * FINEST < error <= FINEST for error in errors)
-    triangles = [len(whole.balls[k].faces) for k in range(3)]
+    triangles = [len(whole.icospheres[k].faces) for k in range(3)]
     assert triangles[2] < triangles[0] / 10
 
 
@@ -136,15 +136,15 @@ def test_a_budget_makes_spheres_coarser_and_the_error_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     crowd = [ball(x, y, 0, radius=0.1) for x in range(-5, 5) for y in range(-5, 5)]
-    monkeypatch.setattr(converter, "BUDGET", 20_000)
+    monkeypatch.setattr(converter, "TRIANGLE_BUDGET", 20_000)
     whole = PyrenderScene(scene(*crowd))
     errors = [error / (whole.pixel * distance) for error, distance in whole.chord_errors()]
     assert FINEST < max(errors) < COARSEST
-    assert sum(len(b.faces) for b in whole.balls.values()) < 1.6 * 20_000  # cuts are whole
+    assert sum(len(b.faces) for b in whole.icospheres.values()) < 1.6 * 20_000  # cuts are whole
     near = PyrenderScene(scene(ball(0, 0, 5, radius=1 - 1e-9)))
-    monkeypatch.setattr(converter, "MOST", 2000)
+    monkeypatch.setattr(converter, "MAX_PER_SPHERE", 2000)
     ((error, distance),) = near.chord_errors()
-    assert len(near.balls[0].faces) == 2000
+    assert len(near.icospheres[0].faces) == 2000
     assert error > 1e-3 * distance
 
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import numpy as np
 import pytest
 
-from converters.mitsuba.scene import camera_fault
+from converters.mitsuba.scene import unsupported_camera
 from minirt import load_scene
 from minirt.quantities import QUANTITIES
 from minirt.scene_file.atlas import atlas_names
@@ -242,7 +242,7 @@ def largest_angle(tolerance: float) -> float:
 
 
 def test_only_the_scene_made_for_it_is_beyond_mitsubas_camera() -> None:
-    beyond = [n for n in atlas_names() if camera_fault(load_scene(f"atlas:{n}").screen)]
+    beyond = [n for n in atlas_names() if unsupported_camera(load_scene(f"atlas:{n}").screen)]
     assert beyond == ["non-square-pixels"]
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from converters.frames.images import open_image
-from converters.mitsuba.scene import camera_fault, export_mitsuba, near_clip
+from converters.mitsuba.scene import export_mitsuba, near_clip, unsupported_camera
 from converters.placement import Placement, fitted_placement
 from minirt.errors import InputError, ReferenceError
 from minirt.frame import Frame
@@ -73,7 +73,7 @@ class MitsubaCommand:
         ReferenceError
             The command failed or took too long.
         """
-        fault = camera_fault(scene.screen)
+        fault = unsupported_camera(scene.screen)
         if fault:
             raise Unsupported(fault)
         image = scratch / "aov.exr"

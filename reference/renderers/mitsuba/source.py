@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from converters.mitsuba.materials import is_exact
-from converters.mitsuba.scene import camera_fault
+from converters.mitsuba.scene import unsupported_camera
 from converters.placement import fitted_placement
 from minirt.frame import Frame
 from minirt.scene import Scene
@@ -72,7 +72,7 @@ class MitsubaReference:
         Unsupported
             Pixels that are not square.
         """
-        fault = camera_fault(scene.screen)
+        fault = unsupported_camera(scene.screen)
         if fault:
             raise Unsupported(fault)
         mi, dr = start(self.variant)
@@ -81,7 +81,7 @@ class MitsubaReference:
         answers = run(world, primary, _pixel_positions(scene))
         arrays = frame_arrays(scene, placement, answers)
         unsupported = {"alpha": NO_ALPHA}
-        faults = color_faults(scene)
+        faults = unsupported_colors(scene)
         if faults:
             unsupported["color"] = "; ".join(faults)
         else:
@@ -90,7 +90,7 @@ class MitsubaReference:
         return Rendering(Frame(arrays), unsupported, f"Mitsuba {mi.__version__} {self.variant}")
 
 
-def color_faults(scene: Scene) -> list[str]:
+def unsupported_colors(scene: Scene) -> list[str]:
     """Every reason why Mitsuba's colours are not the slides' on this scene; none where they are."""
     faults = []
     if any(scene.background):

@@ -13,7 +13,7 @@ import numpy as np
 
 from converters.placement import Placement, reach
 from converters.povray.scene import preamble
-from converters.povray.shapes import Dress, parallel_light, pieces, vector
+from converters.povray.shapes import FaceTexture, parallel_light, pieces, vector
 from minirt.scene import Scene, Sphere
 from minirt.vectors import Bools, Floats, Ints
 
@@ -146,6 +146,6 @@ class _Numbered:
         )
 
 
-def _shapes(scene: Scene, placement: Placement, dress: Dress) -> list[str]:
+def _shapes(scene: Scene, placement: Placement, dress: FaceTexture) -> list[str]:
     numbers = range(len(scene.objects))
     return [piece for k in numbers for piece in pieces(scene, k, placement, dress)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from converters.placement import Placement
 from converters.povray.media import transparent_bodies
-from converters.povray.scene import color_faults, povray_scene
+from converters.povray.scene import povray_scene, unsupported_colors
 from converters.povray.shapes import povray_placement
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
@@ -78,7 +78,7 @@ class PovrayReference:
 
 def _color_fault(scene: Scene) -> str | None:
     """Why this scene's colours are not asked for; None where they are."""
-    faults = color_faults(scene) or [fault for fault in (coarse_color(scene),) if fault]
+    faults = unsupported_colors(scene) or [fault for fault in (coarse_color(scene),) if fault]
     return faults[0] if faults else media_fault(scene, transparent_bodies(scene))
 
 

@@ -19,7 +19,7 @@ from reference.compare.check import Check
 from reference.jobs.isolate import Outcome, Workers
 from reference.renderers.mitsuba import llvm
 from reference.renderers.mitsuba.cli import MitsubaCommand
-from reference.renderers.mitsuba.source import MitsubaReference, color_faults
+from reference.renderers.mitsuba.source import MitsubaReference, unsupported_colors
 from reference.source import Reference, Rendering, Unsupported
 from reference.verify.rendering import render_to_file
 from reference.verify.scene import compare_scene
@@ -214,7 +214,7 @@ def test_a_wrong_depth_of_mirrors_is_seen(workers: Workers, tmp_path: Path) -> N
 def test_colours_are_given_where_they_are_the_slides_own(
     changes: dict[str, Any], objects: list[dict[str, Any]], reasons: list[str]
 ) -> None:
-    faults = color_faults(scene(*objects, **changes))
+    faults = unsupported_colors(scene(*objects, **changes))
     assert len(faults) == len(reasons)
     assert all(reason in fault for reason, fault in zip(reasons, faults, strict=True))
 
