@@ -12,6 +12,8 @@ from minirt import trace
 from minirt.arguments import interval, nonzero, numbers, rays, shaped, vectors
 from minirt.errors import InputError
 from minirt.every_hit import every_hit
+from minirt.hits import RayHits
+from minirt.rays import Rays
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
 from minirt.shapes.plane import edge_normal, plane_t
@@ -89,10 +91,9 @@ def RT(
     Source: S6.
     """
     interval(t0, t1)
-    origins, directions, single = rays(P0, d)
+    asked, single = rays(P0, d, t0, t1)
     whitted = Whitted(scene, rules)
-    found = trace.nearest(whitted.geometry, rules, origins, directions, t0, t1)
-    return _described(whitted, origins, directions, found, single)
+    return _described(whitted, asked, trace.RT(whitted.world, asked), single)
 
 
 def RT_all(
@@ -124,13 +125,13 @@ def RT_all(
     Source: S4, S6.
     """
     interval(t0, t1)
-    origins, directions, single = rays(P0, d)
+    asked, single = rays(P0, d, t0, t1)
     whitted = Whitted(scene, rules)
-    layers = every_hit(whitted.geometry, rules, origins, directions, t0, t1)
+    layers = every_hit(whitted.world, asked)
     k, n = layers.t.shape
-    flat = trace.Hits(*(v.reshape(k * n) for v in vars(layers).values()))
-    wide = np.tile(origins, (1, k)), np.tile(directions, (1, k))
-    described = _described(whitted, *wide, flat, single=False)
+    flat = RayHits(*(v.reshape(k * n) for v in vars(layers).values()))
+    wide = Rays.of(np.tile(asked.origins, (1, k)), np.tile(asked.directions, (1, k)))
+    described = _described(whitted, wide, flat, single=False)
     last = (k,) if single else (k, n)
     return Hits(*(v.reshape(*v.shape[:-1], *last) for v in vars(described).values()))
 
@@ -157,10 +158,9 @@ def ray_color(scene: Scene, P0: ArrayLike, d: ArrayLike, rules: Rules = SLIDES) 
 
     Source: S7.
     """
-    origins, directions, single = rays(P0, d)
+    asked, single = rays(P0, d)
     whitted = Whitted(scene, rules)
-    found = whitted.first_hits(origins, directions)
-    color: Floats = shaped(whitted.color(origins, directions, found)[0], single)
+    color: Floats = shaped(whitted.color(asked, whitted.first_hits(asked)), single)
     return color
 
 
@@ -295,9 +295,9 @@ def intersect_polygon(P0: ArrayLike, d: ArrayLike, vertices: ArrayLike) -> Polyg
     return PolygonHits(*(shaped(v, single) for v in found))
 
 
-def _described(whitted: Whitted, P0: Floats, d: Floats, found: trace.Hits, single: bool) -> Hits:
-    points = whitted.points(P0, d, found)
-    position, normal = np.full(P0.shape, np.nan), np.full(P0.shape, np.nan)
+def _described(whitted: Whitted, rays: Rays, found: RayHits, single: bool) -> Hits:
+    points = whitted.points(rays, found)
+    position, normal = np.full((2, 3, rays.count), np.nan)
     put(position, points.rays, points.M)
     put(normal, points.rays, points.normal)
     values = (*vars(found).values(), position, normal)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from minirt.errors import InputError
+from minirt.rays import Rays
 from minirt.scene_file.schema import LARGEST, SMALLEST
 from minirt.vectors import Floats
 
@@ -63,11 +64,19 @@ def nonzero(**named: ArrayLike) -> None:
             )
 
 
-def rays(P0: ArrayLike, d: ArrayLike) -> tuple[Floats, Floats, bool]:
-    """Origins and directions (3, n), and whether it was a single ray."""
+def rays(P0: ArrayLike, d: ArrayLike, t0: float = 0.0, t1: float = np.inf) -> tuple[Rays, bool]:
+    """Rays of origins and directions (3,) or (3, n), and whether it was a single ray.
+
+    A vector that is given once is shared by all rays.
+    """
     (origins, directions), single = vectors(P0=P0, d=d)
     nonzero(d=d)
-    return origins, directions, single
+    count = origins.shape[1]
+    if count and np.size(P0) == 3:
+        origins = origins[:, :1]
+    if count and np.size(d) == 3:
+        directions = directions[:, :1]
+    return Rays.of(origins, directions, t0, t1), single
 
 
 def numbers(value: ArrayLike, name: str, n: int) -> Floats:

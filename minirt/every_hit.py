@@ -7,45 +7,46 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.geometry import Geometry, Polygon
+from minirt.geometry import Polygon
+from minirt.hits import RayHits
+from minirt.rays import Rays
 from minirt.rules import Rules
 from minirt.shapes.triangle import TriangleCase
-from minirt.trace import Hits
+from minirt.trace import World
 from minirt.vectors import Bools, Floats, Ints
 
 _PAIRS = 262_144
 
 
-def every_hit(
-    geometry: Geometry, rules: Rules, P0: Floats, d: Floats, t0: float, t1: float
-) -> Hits:
-    """All hits of rays (3, n) with t in [t0, t1]: both roots of spheres, every face.
+def every_hit(world: World, rays: Rays) -> RayHits:
+    """All hits of n rays with t in [t0, t1]: both roots of spheres, every face.
 
     Returns
     -------
-    Hits
+    RayHits
         Arrays (k, n), sorted by t, then object, then face; ∅ after a ray's last hit. k is the
         largest number of hits of any ray.
     """
+    geometry = world.geometry
     primitives = (
         2 * len(geometry.spheres.radius) + len(geometry.triangles.object) + len(geometry.polygons)
     )
     step = max(1, _PAIRS // max(1, primitives))
     parts = [
-        _sorted(_candidates(geometry, rules, P0[:, i : i + step], d[:, i : i + step], t0, t1))
-        for i in range(0, max(1, P0.shape[1]), step)
+        _sorted(_every_answer(world, rays, slice(i, i + step)))
+        for i in range(0, max(1, rays.count), step)
     ]
     k = max(part.t.shape[0] for part in parts)
     padded = [_padded(part, k) for part in parts]
-    return Hits(*(np.concatenate(v, axis=1) for v in zip(*map(_values, padded), strict=True)))
+    return RayHits(*(np.concatenate(v, axis=1) for v in zip(*map(_values, padded), strict=True)))
 
 
-def _candidates(
-    geometry: Geometry, rules: Rules, P0: Floats, d: Floats, t0: float, t1: float
-) -> Hits:
-    """Every primitive's answer for every ray, (primitives, n)."""
+def _every_answer(world: World, rays: Rays, some: slice) -> RayHits:
+    """Every primitive's answer for some rays, (primitives, n)."""
+    geometry, rules = world.geometry, world.rules
+    P0, d = rays.origins[:, some], rays.directions[:, some]
     n = P0.shape[1]
-    rows = [Hits.none((0, n))]
+    rows = [RayHits.none((0, n))]
     P0_, d_ = P0[:, None, :], d[:, None, :]
     spheres, tri = geometry.spheres, geometry.triangles
     if len(spheres.radius):
@@ -58,24 +59,25 @@ def _candidates(
         rows.append(_row(t, tri.object, tri.face, n, met.beta, met.gamma))
     for polygon in geometry.polygons:
         rows.append(_polygon_row(polygon, rules, P0, d))
-    every = Hits(*(np.concatenate(v) for v in zip(*map(_values, rows), strict=True)))
+    every = RayHits(*(np.concatenate(v) for v in zip(*map(_values, rows), strict=True)))
+    t0, t1 = (t if len(t) == 1 else t[some] for t in (rays.t0, rays.t1))
     return _only(every, rules.in_interval(every.t, t0, t1))
 
 
-def _polygon_row(polygon: Polygon, rules: Rules, P0: Floats, d: Floats) -> Hits:
+def _polygon_row(polygon: Polygon, rules: Rules, P0: Floats, d: Floats) -> RayHits:
     f = polygon.facets
     hit = rules.polygon(P0, d, f.corners, f.edge_normals, f.plane, rules.plane, rules.triangle)
     number = np.full(hit.t.shape, polygon.object, dtype=np.int32)
-    return Hits(hit.t[None], number[None], hit.triangle[None], hit.beta[None], hit.gamma[None])
+    return RayHits(hit.t[None], number[None], hit.triangle[None], hit.beta[None], hit.gamma[None])
 
 
 def _row(
     t: Floats, object_: Ints, face: Ints, n: int,
     beta: Floats | None = None, gamma: Floats | None = None,
-) -> Hits:  # fmt: skip
+) -> RayHits:  # fmt: skip
     shape = (len(object_), n)
     nan = np.full(shape, np.nan)
-    return Hits(
+    return RayHits(
         t,
         np.broadcast_to(object_[:, None], shape),
         np.broadcast_to(face[:, None], shape),
@@ -84,23 +86,23 @@ def _row(
     )
 
 
-def _only(hits: Hits, counts: Bools) -> Hits:
-    none = Hits.none(counts.shape)
-    return Hits(
+def _only(hits: RayHits, counts: Bools) -> RayHits:
+    none = RayHits.none(counts.shape)
+    return RayHits(
         *(np.where(counts, a, b) for a, b in zip(_values(hits), _values(none), strict=True))
     )
 
 
-def _sorted(hits: Hits) -> Hits:
+def _sorted(hits: RayHits) -> RayHits:
     k = int(np.isfinite(hits.t).sum(axis=0).max(initial=0))
     order = np.lexsort((hits.triangle, hits.object, hits.t), axis=0)[:k]
-    return Hits(*(np.take_along_axis(v, order, axis=0) for v in _values(hits)))
+    return RayHits(*(np.take_along_axis(v, order, axis=0) for v in _values(hits)))
 
 
-def _padded(hits: Hits, k: int) -> Hits:
-    missing = Hits.none((k - hits.t.shape[0], hits.t.shape[1]))
-    return Hits(*(np.concatenate(v) for v in zip(_values(hits), _values(missing), strict=True)))
+def _padded(hits: RayHits, k: int) -> RayHits:
+    missing = RayHits.none((k - hits.t.shape[0], hits.t.shape[1]))
+    return RayHits(*(np.concatenate(v) for v in zip(_values(hits), _values(missing), strict=True)))
 
 
-def _values(hits: Hits) -> list[NDArray[Any]]:
+def _values(hits: RayHits) -> list[NDArray[Any]]:
     return list(vars(hits).values())

@@ -1,4 +1,4 @@
-"""A scene's primitives as arrays, and the trees that cull them."""
+"""A scene's primitives as arrays, kind by kind."""
 
 from __future__ import annotations
 
@@ -10,19 +10,14 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from minirt.culling import rasteriser
-from minirt.culling.tree import Tree, build
 from minirt.memory import require_memory
 from minirt.scene import Facets, Scene, Sphere
-from minirt.vectors import Floats, Index, Ints, cross, dot, norm
+from minirt.vectors import Floats, Index, Ints
 
 #: Bytes that a triangle takes, most of them in its tree and while that is built; measured.
 _EACH = 700
-#: The length below which squares of its parts lose digits.
-_SHORT = 2.0**-500
-
-#: Triangles of a fan that are handed over with each ray anew.
-_FEW = 8
+#: Triangles of the largest fan that is handed over with each ray anew.
+_LARGEST_FAN = 8
 
 
 class Kind(IntEnum):
@@ -41,16 +36,6 @@ class Spheres:
     radius: Floats
     object: Ints
 
-    @cached_property
-    def tree(self) -> Tree:
-        """Boxes around the spheres."""
-        return build(self.center - self.radius, self.center + self.radius)
-
-    @cached_property
-    def groups(self) -> rasteriser.SphereGroups:
-        """Their groups of neighbours."""
-        return rasteriser.SphereGroups.of(self.tree, self.center, self.radius)
-
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
@@ -63,32 +48,6 @@ class Triangles:
     object: Ints
     face: Ints
 
-    @cached_property
-    def tree(self) -> Tree:
-        """Boxes around the triangles."""
-        lower = np.minimum(np.minimum(self.a, self.b), self.c)
-        return build(lower, np.maximum(np.maximum(self.a, self.b), self.c))
-
-    @cached_property
-    def patches(self) -> Floats:
-        """Their planes, within their edges, (m, 4, 4): see `PlaneBoundingTest`."""
-        N = _unit_or_zero(self.N)
-        patches = np.empty((N.shape[1], 4, 4))
-        patches[:, 0, :3], patches[:, 0, 3] = N.T, dot(self.a, N)
-        edges = ((self.a, self.b), (self.b, self.c), (self.c, self.a))
-        for k, (start, end) in enumerate(edges, 1):
-            side = _unit_or_zero(cross(N, end - start))
-            patches[:, k, :3] = side.T
-            patches[:, k, 3] = np.minimum(dot(side, start), dot(side, end))
-        return patches
-
-    @cached_property
-    def groups(self) -> rasteriser.TriangleGroups:
-        """Their groups of neighbours."""
-        return rasteriser.TriangleGroups.of(
-            self.tree, (self.a, self.b, self.c), _unit_or_zero(self.N)
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Polygon:
@@ -96,17 +55,6 @@ class Polygon:
 
     object: int
     facets: Facets
-
-    @property
-    def box(self) -> tuple[Floats, Floats]:
-        """Corners (3,) of a box that holds the polygon wherever its plane can be met.
-
-        A polygon may be off its plane by 1e-9 of its size. At the angles at which culling trusts
-        a crossing (sine above 2⁻⁸) that moves the crossing by 256 times as much at most.
-        """
-        low, high = self.facets.vertices.min(axis=0), self.facets.vertices.max(axis=0)
-        slack = 1e-6 * (high - low).max()
-        return low - slack, high + slack
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,29 +111,9 @@ class Geometry:
     def fans(self) -> tuple[Fans, ...]:
         """The polygons: those of as many vertices together, if they are few, the others alone."""
         counts = np.array([len(polygon.facets.faces) for polygon in self.polygons])
-        kind = np.where(counts <= _FEW, counts, _FEW + 1 + np.arange(len(counts)))
+        kind = np.where(counts <= _LARGEST_FAN, counts, _LARGEST_FAN + 1 + np.arange(len(counts)))
         alike = (np.flatnonzero(kind == k) for k in np.unique(kind))
         return tuple(Fans.of(self.polygons, chosen) for chosen in alike)
-
-    @cached_property
-    def polygon_tree(self) -> Tree:
-        """Boxes around the polygons."""
-        lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
-        return build(np.stack(lower, axis=1), np.stack(upper, axis=1))
-
-    @cached_property
-    def polygon_patches(self) -> Floats:
-        """The polygons' planes, within their boxes, (m, 5, 4): see `PlaneBoundingTest`."""
-        lower, upper = zip(*(polygon.box for polygon in self.polygons), strict=True)
-        facets = [polygon.facets for polygon in self.polygons]
-        N = _unit_or_zero(np.concatenate([each.plane for each in facets], axis=1))
-        first = np.concatenate([each.corners[0][:, :1] for each in facets], axis=1)
-        axis = (np.argmax(np.abs(N), axis=0)[:, None] + [1, 2]) % 3
-        side = np.eye(3)[axis]
-        low, high = (np.take_along_axis(np.stack(ends), axis, axis=1) for ends in (lower, upper))
-        normals = np.concatenate((N.T[:, None], side, -side), axis=1)
-        least = np.concatenate((dot(first, N)[:, None], low, -high), axis=1)
-        return np.concatenate((normals, least[:, :, None]), axis=2)
 
     @classmethod
     def of(cls, scene: Scene) -> Geometry:
@@ -218,14 +146,8 @@ class Geometry:
         return cls(_spheres(spheres), _triangles(flat), tuple(polygons), kind, first)
 
 
-#: What was gathered, with its trees, for as long as its scene is there.
+#: What was gathered, for as long as its scene is there.
 _KNOWN: WeakKeyDictionary[Scene, Geometry] = WeakKeyDictionary()
-
-
-def _unit_or_zero(v: Floats) -> Floats:
-    """The vectors (3, n) divided by their lengths; zero where squares are too small for that."""
-    length = norm(v)
-    return np.divide(v, length, where=length > _SHORT, out=np.zeros_like(v))
 
 
 def _spheres(found: list[tuple[int, Sphere]]) -> Spheres:

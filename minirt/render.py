@@ -6,24 +6,19 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 
 import numpy as np
 
-from minirt.culling.candidates import few, may_show
-from minirt.culling.cells import CELL, SIDE, cells, pixels_of, squares
+from minirt.culling import squares, visible_pixels
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
+from minirt.hits import RayHits
 from minirt.memory import require_memory
+from minirt.points import Branch, Points, SecondaryRays
 from minirt.quantities import QUANTITIES
+from minirt.rays import Rays
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
-from minirt.screen import image_pixels
-from minirt.vectors import Bools, Floats, Index, norm, put
+from minirt.vectors import Index, norm, put
 from minirt.version import __version__
-from minirt.whitted import Branch, Points, SecondaryRays, Whitted, refractive
-
-#: Cells that are told at once whether they may show anything, in whole rows.
-_CELLS = 8_192
-
-#: What a tile hands over beside the public quantities: see `Whitted.color`.
-SIGNATURE = "signature"
+from minirt.whitted import Whitted
 
 Tile = dict[str, Array]
 
@@ -76,7 +71,7 @@ def render(
         arrays["color"][...] = scene.background
     wanted = frozenset(names)
     for pixels, done in _batches(whitted, wanted):
-        fill(arrays, pixels, _traced(whitted, pixels, wanted))
+        fill(arrays, pixels, trace_pixels(whitted, pixels, wanted))
         if progress is not None:
             progress(done, scene.screen.nx * scene.screen.ny)
     return Frame(arrays, frame_meta(scene))
@@ -150,72 +145,29 @@ def chosen_quantities(names: str | Iterable[str] | None) -> tuple[str, ...]:
     return tuple(name for name in QUANTITIES if name in wanted)
 
 
-def tiles(whitted: Whitted, names: Iterable[str]) -> Iterator[tuple[Index, Tile]]:
-    """Trace an image tile by tile: the pixels (n,), and arrays (n,) or (3, n).
-
-    Pixels are counted along rows from the top left; the tiles are square, and neighbours follow
-    each other. `SIGNATURE` may be among the names.
-    """
-    wanted, screen = frozenset(names), whitted.scene.screen
-    for pixels in squares(screen.nx, screen.ny):
-        yield pixels, _traced(whitted, pixels, wanted)
-
-
-def _traced(whitted: Whitted, pixels: Index, wanted: frozenset[str]) -> Tile:
-    d = primary_directions(whitted.scene, whitted.rules, pixels)
-    return trace_pixels(whitted, d, wanted)
-
-
 def _batches(whitted: Whitted, wanted: frozenset[str]) -> Iterator[tuple[Index, int]]:
     """Pixels (n,) to be traced together, and how many of the image are dealt with then.
 
-    Those that can show none of a few objects are left out, unless their rays are asked for.
+    Pixels that can show nothing are left out, unless their rays are wanted or a rule is replaced.
     """
     screen, done = whitted.scene.screen, 0
-    if "ray" in wanted or whitted.rules.changed() or not few(whitted.geometry):
-        for pixels in squares(screen.nx, screen.ny):
-            done += len(pixels)
-            yield pixels, done
+    if "ray" not in wanted and not whitted.rules.changed():
+        yield from visible_pixels(whitted.world.index, screen.nx, screen.ny, whitted.rays_of)
         return
-    height = max(1, _CELLS * CELL // screen.nx) * CELL
-    for row, column in cells(screen.nx, screen.ny, height, screen.nx):
-        some = np.flatnonzero(_may_show(whitted, row, column))
-        pixels = pixels_of(row[some], column[some], screen.nx, screen.ny)
-        parts = np.array_split(pixels, max(1, round(len(pixels) / SIDE**2)))
-        for part in parts[:-1]:
-            yield part, done
-        done = screen.nx * min(screen.ny, int(row[-1]) + CELL)
-        yield parts[-1], done
+    for pixels in squares(screen.nx, screen.ny):
+        done += len(pixels)
+        yield pixels, done
 
 
-def _may_show(whitted: Whitted, row: Index, column: Index) -> Bools:
-    """Whether any pixel of cells (c,) may show an object.
-
-    Each number of a direction grows with its pixel's row or falls, and so with its column,
-    rounding included: between those of a cell's corners lie those of all its rays.
-    """
-    screen, c = whitted.scene.screen, len(row)
-    rows = np.minimum(row + np.array([[0], [0], [CELL - 1], [CELL - 1]]), screen.ny - 1)
-    columns = np.minimum(column + np.array([[0], [CELL - 1], [0], [CELL - 1]]), screen.nx - 1)
-    pixels = (rows * screen.nx + columns).ravel()
-    d = primary_directions(whitted.scene, whitted.rules, pixels).reshape(3, 4, c)
-    P0 = whitted.primary_origin(d[:, 0])[:, :1]
-    return may_show(whitted.geometry, (P0, P0), (d.min(axis=1), d.max(axis=1)))
+def trace_pixels(whitted: Whitted, pixels: Index, wanted: frozenset[str]) -> Tile:
+    """The wanted quantities of pixels (n,), counted along rows from the top left."""
+    rays = whitted.rays_of(pixels)
+    return quantities_at(whitted, rays, whitted.first_hits(rays), wanted)
 
 
-def primary_directions(scene: Scene, rules: Rules, pixels: Index) -> Floats:
-    """d (3, n) of the rays through the centres of pixels (n,). Source: S1–S3, S5."""
-    i, j = image_pixels(scene.screen, pixels)
-    frame = rules.view_frame(scene.screen)
-    u_s, v_s = rules.pixel_center(scene.screen, i, j)
-    return rules.ray_direction(rules.model_from_view(frame, u_s, v_s))
-
-
-def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
-    """The wanted quantities of the rays from the observer along d (3, n)."""
-    n, rules = d.shape[1], whitted.rules
-    P0 = whitted.primary_origin(d)
-    hits = whitted.primary_hits(P0, d)
+def quantities_at(whitted: Whitted, rays: Rays, hits: RayHits, wanted: frozenset[str]) -> Tile:
+    """The wanted quantities (n,) or (3, n) of the observer's rays, which meet those hits."""
+    n, d, rules = rays.count, rays.directions, whitted.rules
     tile: Tile = {
         "hit": hits.object >= 0,
         "object": hits.object,
@@ -231,27 +183,26 @@ def trace_pixels(whitted: Whitted, d: Floats, wanted: frozenset[str]) -> Tile:
         tile["barycentric"] = np.stack((hits.beta, hits.gamma))
     if wanted <= BEFORE_POINTS:
         return tile
-    points = whitted.points(P0, d, hits)
+    points = whitted.points(rays, hits)
     tile["position"] = _scatter(points, points.M, n, "position")
     tile["normal"] = _scatter(points, points.normal, n, "normal")
     tile["alpha"] = _scatter(points, points.material.alpha, n, "alpha")
-    colored = not wanted.isdisjoint({"color", SIGNATURE})
     dark = reflected = refracted = None
-    if colored or "shadow" in wanted:
+    if not wanted.isdisjoint({"color", "shadow"}):
         dark = whitted.shadow(points)
         tile["shadow"] = _scatter(points, dark.astype(np.int8), n, "shadow")
     if wanted & _REFLECTION:
         reflected = whitted.reflected(points)
         tile.update(_branch_tile("reflection", points, reflected, n))
     if wanted & _REFRACTION:
-        some = points.take(refractive(points))
+        some = points.take(points.refractive)
         refracted = whitted.refracted(some)
         tile.update(_branch_tile("refraction", some, refracted, n))
         total = np.isnan(refracted.direction[0]).astype(np.int8)
         tile["tir"] = _scatter(some, total, n, "tir")
-    if colored:
+    if "color" in wanted:
         traced = SecondaryRays(dark, reflected, refracted)
-        tile["color"], tile[SIGNATURE] = whitted.color_of(points, n, traced=traced)
+        tile["color"] = whitted.color_of(points, n, traced=traced)
     return tile
 
 

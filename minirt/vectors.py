@@ -55,10 +55,10 @@ def column(a: Any) -> Floats:
 def take(v: Floats, index: Index | Ints) -> Floats:
     """Some (3, k) of vectors (3, n): ``v[:, index]``, in a fraction of its time.
 
-    Where one vector stands for all n, it stands for all k.
+    One vector (3, 1) stands for all k, whatever the index.
     """
-    if v.strides[1] == 0:
-        return np.broadcast_to(v[:, :1], (len(v), len(index)))
+    if v.shape[1] == 1:
+        return np.broadcast_to(v, (len(v), len(index)))
     some: Floats = v.take(index, axis=1)
     return some
 

@@ -1,218 +1,143 @@
-"""Culling: which primitives each ray is offered, by whatever way costs least. All offer enough."""
+"""Which pairs of a ray and a primitive are worth asking, by whatever way costs least."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from functools import cached_property
-from typing import TypeAlias
+from collections.abc import Iterator
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from minirt.culling.bounding_tests import BoundingTest, PlaneBoundingTest, SphereBoundingTest
-from minirt.culling.packets import PACKET, PAD, Blocks, Packets, Rays
+from minirt.culling.bounding_tests import PAD, BoundingTest
+from minirt.culling.index import KindIndex, SceneIndex
 from minirt.culling.rasteriser import Rasteriser
 from minirt.culling.ray_grid import RayGrid
-from minirt.culling.tree import Tree, visit
-from minirt.geometry import Geometry, Spheres, Triangles
-from minirt.vectors import Bools, Floats, Index, divided
+from minirt.culling.tree import visit
+from minirt.geometry import Kind
+from minirt.rays import Rays
+from minirt.vectors import Floats, Index, divided
 
-#: Ray–primitive pairs in one pass: the temporaries then stay in a few megabytes; and pairs of
+#: Primitives of a kind that are not worth a tree.
+NO_TREE = 32
+#: Pairs that are yielded together: enough to make a kernel's call cheap, and so many that its
+#: temporaries stay in a few megabytes.
+_BATCH, _MOST = 8_192, 65_536
+#: Pairs in one pass of a bounding test: the temporaries then stay in a few megabytes; and pairs of
 #: single rays, each of which fetches its primitive's numbers.
-_PAIRS, _SINGLE = 16_384, 8_192
-#: Primitives of a kind that are not worth a tree, and rays that they are offered to together.
-_FEW, _CROWD = 32, 16_384
-#: Share of the pairs of blocks and primitives that may meet below which blocks are told apart.
-_SPARSE = 0.25
-
+_PASS, _SINGLE = 16_384, 8_192
 #: Share of the usual group's radius within which origins are one point.
 _POINT = 2.0**-7
 
-#: Pairs (p,) of a ray and a primitive, by number.
+#: Pairs (p,) of a ray and a primitive of one kind, by number.
 Pairs: TypeAlias = tuple[Index, Index]
 
 
-def few(geometry: Geometry) -> bool:
-    """Whether there are so few primitives of each kind that none is worth a tree."""
-    counts = (geometry.polygons, geometry.spheres.radius, geometry.triangles.object)
-    return max(map(len, counts)) <= _FEW
+class Batch(NamedTuple):
+    """Pairs (p,) of a ray and a primitive of one kind, by number."""
+
+    kind: Kind
+    rays: Index
+    primitives: Index
 
 
-def may_show(geometry: Geometry, P0: tuple[Floats, Floats], d: tuple[Floats, Floats]) -> Bools:
-    """Whether any ray may meet anything, (b,), of all whose P0 and d lie in b boxes.
+class Candidates(Protocol):
+    """A way to choose pairs: those of `every_pair`, but for some that do not meet by t_max (n,).
 
-    Parameters
-    ----------
-    geometry : Geometry
-        Of `few` objects.
-    P0, d : pair of (3, b) or (3, 1) float64
-        Lower and upper corners.
-    """
-    box = np.arange(d[0].shape[1])
-    blocks = Blocks(box, P0, d)
-    tests = _BoundingTests(geometry, np.concatenate(P0), np.full(box.shape, np.inf))
-    found = np.zeros(box.shape, dtype=np.bool_)
-    for test, m in tests.each():
-        found |= test.blocks(blocks, np.arange(m)).any(axis=0)
-    return found
-
-
-class _BoundingTests:
-    """The bounding tests of a scene's kinds of primitives.
-
-    Parameters
-    ----------
-    geometry : Geometry
-    P0 : (…, n) float64
-        Origins, in any shape.
-    t_max : (n,) float64
-        Largest t of interest for each ray.
+    The caller may lower t_max between two batches.
     """
 
-    def __init__(self, geometry: Geometry, P0: Floats, t_max: Floats) -> None:
-        self._geometry, self._P0, self._t_max = geometry, P0, t_max
-
-    def polygons(self) -> BoundingTest:
-        geometry = self._geometry
-        pad = self.pad(geometry.polygon_tree)
-        return PlaneBoundingTest(lambda: geometry.polygon_patches, pad, self._t_max)
-
-    def spheres(self) -> BoundingTest:
-        spheres = self._geometry.spheres
-        return SphereBoundingTest(spheres.center, spheres.radius, self._t_max)
-
-    def triangles(self) -> BoundingTest:
-        triangles = self._geometry.triangles
-        return PlaneBoundingTest(lambda: triangles.patches, self.pad(triangles.tree), self._t_max)
-
-    def each(self) -> Iterator[tuple[BoundingTest, int]]:
-        """The test of each kind of which there is any, and how many."""
-        geometry = self._geometry
-        if geometry.polygons:
-            yield self.polygons(), len(geometry.polygons)
-        if len(geometry.spheres.radius):
-            yield self.spheres(), len(geometry.spheres.radius)
-        if len(geometry.triangles.object):
-            yield self.triangles(), len(geometry.triangles.object)
-
-    def pad(self, tree: Tree) -> float:
-        """What primitives and their boxes grow by."""
-        return PAD * self.reach(tree)
-
-    def reach(self, tree: Tree) -> float:
-        """The largest coordinate of any box and of any origin."""
-        return max(tree.reach, self._magnitude)
-
-    @cached_property
-    def _magnitude(self) -> float:
-        return float(np.fmax.reduce(np.abs(self._P0), axis=None, initial=0.0))
+    def __call__(self, index: SceneIndex, rays: Rays, t_max: Floats, /) -> Iterator[Batch]:
+        """Yield the pairs, batch by batch, kind by kind."""
 
 
-class CandidatePairs:
-    """The primitives that n rays may meet, kind by kind, near ones first.
+def every_pair(index: SceneIndex, rays: Rays, t_max: Floats) -> Iterator[Batch]:
+    """Every ray with every primitive; of each ray, the primitives in their order."""
+    every = np.arange(rays.count)
+    step = max(1, _MOST // max(1, len(every)))
+    for kind in index.kinds if len(every) else ():
+        for start in range(0, kind.count, step):
+            some = np.arange(start, min(kind.count, start + step))
+            yield Batch(kind.kind, np.tile(every, len(some)), np.repeat(some, len(every)))
 
-    Parameters
-    ----------
-    geometry : Geometry
-    rays : Rays
-    t_max : (n,) float64
-        Largest t of interest for each ray; the caller may lower it between two candidates.
+
+def culled_pairs(index: SceneIndex, rays: Rays, t_max: Floats) -> Iterator[Batch]:
+    """The pairs that may meet by t_max (n,), near primitives first.
+
+    What is found in one batch can hide what is in the next.
     """
+    search = _Search(rays, t_max)
+    for kind in index.kinds if rays.count else ():
+        waiting: list[Pairs] = []
+        size = 0
+        for pairs in search.pairs(kind):
+            waiting.append(pairs)
+            size += len(pairs[0])
+            if size >= _BATCH:
+                yield Batch(kind.kind, *_joined(waiting))
+                waiting, size = [], 0
+        if size:
+            yield Batch(kind.kind, *_joined(waiting))
 
-    def __init__(self, geometry: Geometry, rays: Rays, t_max: Floats) -> None:
-        self._geometry, self._rays, self._t_max = geometry, rays, t_max
-        self._tests = _BoundingTests(geometry, rays.P0, t_max)
 
-    def polygons(self) -> Iterator[Pairs]:
-        """Pairs of a ray and a polygon."""
-        geometry = self._geometry
-        tree = geometry.polygon_tree
-        yield from self._any(len(geometry.polygons), tree, self._tests.polygons())
+class _Search:
+    """The primitives that n rays may meet by t_max (n,), which the caller may lower at any time."""
 
-    def spheres(self) -> Iterator[Pairs]:
-        """Pairs of a ray and a sphere."""
-        spheres = self._geometry.spheres
-        yield from self._drawn(spheres, len(spheres.radius), self._tests.spheres())
+    def __init__(self, rays: Rays, t_max: Floats) -> None:
+        self._rays, self._t_max = rays, t_max
+        #: The largest coordinate of any origin.
+        self._farthest = float(np.fmax.reduce(np.abs(rays.P0), axis=None, initial=0.0))
 
-    def triangles(self) -> Iterator[Pairs]:
-        """Pairs of a ray and a triangle."""
-        triangles = self._geometry.triangles
-        yield from self._drawn(triangles, len(triangles.object), self._tests.triangles())
-
-    def _drawn(self, kind: Spheres | Triangles, m: int, test: BoundingTest) -> Iterator[Pairs]:
-        """All m of a kind, drawn over the rays' grid if they have one and it pays."""
-        grid = self._grid(kind) if m > _FEW else None
-        rasteriser = None if grid is None else Rasteriser(grid, kind.groups)
-        if rasteriser is None or not rasteriser.worth:
-            yield from self._any(m, kind.tree, test)
+    def pairs(self, kind: KindIndex) -> Iterator[Pairs]:
+        """Pairs of a ray and a primitive: rasterised, from the tree, or all that pass the test."""
+        reach = max(kind.tree.reach, self._farthest)
+        test = kind.bounding_test(self._rays, self._t_max, PAD * reach)
+        if kind.count <= NO_TREE:
+            yield from self._few(np.arange(kind.count), test)
+            return
+        rasteriser = self._rasteriser(kind, reach)
+        if rasteriser is None:
+            for of, which in visit(kind.tree, self._rays, self._t_max, PAD * reach):
+                yield from self._that_pass(of, which, test)
         else:
             yield from self._few(rasteriser.close, test)
             yield from rasteriser.pairs(self._t_max)
 
-    def _grid(self, kind: Spheres | Triangles) -> RayGrid | None:
-        """The rays' grid, if they have one; as from one point if they nearly leave one."""
-        rays, reach, moved = self._rays, self._tests.reach(kind.tree), 0.0
-        if rays.P0.strides[1] != 0 and rays.d.strides[1] != 0:
+    def _rasteriser(self, kind: KindIndex, reach: float) -> Rasteriser | None:
+        """The primitives over the rays' grid, if both exist and that costs less than the tree.
+
+        Rays that nearly leave one point are taken to do so.
+        """
+        if kind.groups is None:
+            return None
+        rays, moved = self._rays, 0.0
+        if not rays.one_origin and not rays.one_direction:
             low, high = rays.P0.min(axis=1), rays.P0.max(axis=1)
             with np.errstate(invalid="ignore"):  # not finite
                 moved = float((high - low).sum())
             if not moved <= _POINT * np.median(kind.groups.radius):
                 return None
-            point = ((low + high) / 2)[:, None]
-            rays = Rays(np.broadcast_to(point, rays.P0.shape), rays.d, rays.t0)
-        return RayGrid.of(rays, PAD * reach + moved, reach)
-
-    def _any(self, m: int, tree: Tree, test: BoundingTest) -> Iterator[Pairs]:
-        """All m of a kind, by their tree if they are many."""
-        if m <= _FEW:
-            return self._few(np.arange(m), test)
-        return self._tested(
-            visit(tree, self._rays.packets, self._t_max, self._tests.pad(tree)), test
-        )
+            rays = Rays(((low + high) / 2)[:, None], rays.d, rays.t0, rays.t1, rays.count)
+        grid = RayGrid.of(rays, PAD * reach + moved, reach)
+        return None if grid is None else Rasteriser.of(grid, kind.groups)
 
     def _few(self, primitives: Index, test: BoundingTest) -> Iterator[Pairs]:
-        """Few primitives: offered to the blocks that they fill, and to rays of others they meet.
+        """Few primitives with those of all rays that pass their test."""
+        n, k = self._rays.count, len(primitives)
+        step = max(1, _PASS // max(1, k))
+        for start in range(0, n if k else 0, step):
+            size = min(step, n - start)
+            passed = test.all_pairs(slice(start, start + size), primitives)
+            met = np.flatnonzero(np.broadcast_to(passed, (k, size)))
+            which, ray = divided(met, size)
+            yield start + ray, primitives.take(which)
 
-        Where many blocks are of the latter kind, crowds of rays are asked instead.
-        """
-        if not len(primitives):
-            return
-        rays, blocks = self._rays, self._rays.blocks
-        meet = test.blocks(blocks, primitives)
-        some, which = np.nonzero(meet)
-        filled = test.filled(blocks, which, primitives.take(some))
-        if len(which) - np.count_nonzero(filled) > _SPARSE * meet.size:
-            of_one = np.zeros(len(primitives), dtype=np.intp)
-            crowds = ((crowd, of_one, primitives) for crowd in rays.crowds(_CROWD))
-            yield from self._tested(crowds, test)
-            return
-        packets = Packets(rays, np.arange(0, len(self._t_max), PACKET), PACKET)
-        whole = np.flatnonzero(filled)
-        for part in np.array_split(whole, len(whole) * PACKET // _PAIRS + 1):
-            every = PACKET * which.take(part)[:, None] + np.arange(PACKET)
-            of_each = np.repeat(primitives.take(some.take(part)), PACKET)
-            yield self._there(every.ravel(), of_each)
-        rest = np.flatnonzero(~filled)
-        pairs = (packets, which.take(rest), primitives.take(some.take(rest)))
-        yield from self._tested([pairs], test)
+    def _that_pass(self, of: Index, which: Index, test: BoundingTest) -> Iterator[Pairs]:
+        """Those pairs (p,) that pass their test."""
+        for start in range(0, len(of), _SINGLE):
+            some = slice(start, start + _SINGLE)
+            passed = np.flatnonzero(test.pairs(of[some], which[some]))
+            yield of[some].take(passed), which[some].take(passed)
 
-    def _tested(
-        self, pairs: Iterable[tuple[Packets, Index, Index]], test: BoundingTest
-    ) -> Iterator[Pairs]:
-        """Of packets and the primitives that they may meet, rays and those that they may."""
-        for packets, which, primitives in pairs:
-            step = max(1, _PAIRS // packets.size) if packets.size > 1 else _SINGLE
-            for start in range(0, len(which), step):
-                some = slice(start, start + step)
-                may_meet = test.rays(packets, which[some], primitives[some])
-                offered = np.flatnonzero(np.broadcast_to(may_meet, (len(may_meet), packets.size)))
-                pair, at = divided(offered, packets.size)
-                numbers = packets.numbers(which[some].take(pair), at)
-                yield self._there(numbers, primitives[some].take(pair))
 
-    def _there(self, rays: Index, primitives: Index) -> Pairs:
-        """The pairs of rays that there are: the last block, or packet, may reach beyond them."""
-        n = len(self._t_max)
-        if n % PACKET == 0:
-            return rays, primitives
-        there = np.flatnonzero(rays < n)
-        return rays.take(there), primitives.take(there)
+def _joined(batch: list[Pairs]) -> Pairs:
+    rays, which = zip(*batch, strict=True)
+    return np.concatenate(rays), np.concatenate(which)

@@ -2,99 +2,89 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
-from minirt.culling.packets import PAD, Rays
-from minirt.vectors import Bools, Floats, Index, cross, dot, norm, unit
+from minirt.culling.projection import NOTHING, Projection, axes_of
+from minirt.rays import Rays
+from minirt.vectors import Bools, Floats, Index
 
 #: Rays that are worth a grid.
 _LEAST = 256
 #: Cells of a row for each of its rays, and lines for each row that is looked for.
 _FINE = 4
-#: Rays along each side of a block, and blocks along each side of a grid at most.
-_BLOCK, _BLOCKS = 8, 256
 #: Lines, and cells of a row, at most.
 _MANY = 2**15
 #: Slopes beyond which rays do not keep together.
 _STEEP = 16.0
 #: Share of the largest number in play within which things are too close.
 _CLOSE = 2.0**-16
-#: A length that is none: nothing is divided by less.
-NOTHING = 1e-250
 
 
 class RayGrid:
-    """n rays P0 + t·d, t ≥ t0 ≥ 0, as points (u, v).
+    """n rays P0 + t·d, t ≥ t0 ≥ 0, as points (u, v) of a projection.
 
-    Space has coordinates (x, y, depth) along `frame`, from `origin`. If the rays leave one point,
-    or nearly, (u, v) is (x, y)/depth; if they are parallel, (x, y). The points are sorted into
-    rows of nearly equal v, of equal v if they are those of pixels, and along a row into cells.
+    The points are sorted into rows of nearly equal v, of equal v if they are those of pixels, and
+    along a row into cells.
 
     Parameters
     ----------
-    rays : Rays
-    frame : (3, 3) float64
-        Unit vectors at right angles.
-    origin : (3, 1) float64
-    central : bool
-        Whether the rays leave one point.
-    pad : float
-        How far from a ray something may be that it still meets.
-    close : float
-        Depth up to which things are too close to be projected.
+    projection : Projection
+    u, v : (n,) float64
+    begin : (n,) or (1,) float64
+        Depth of each ray's origin.
+    speed : (n,) float64
+        Depth of each ray's d.
+    t0 : (n,) or (1,) float64
 
     Attributes
     ----------
-    sound : bool
-        Whether all rays go ahead, at no steep slopes; of others nothing else may be asked.
+    projection : Projection
     u : (n,) float64
     earliest : (n,) float64
         Depth of each ray's start.
     """
 
     def __init__(
-        self, rays: Rays, frame: Floats, origin: Floats, central: bool, pad: float, close: float
+        self, projection: Projection, u: Floats, v: Floats, begin: Floats, speed: Floats, t0: Floats
     ) -> None:
-        self.frame, self.origin, self.central = frame, origin, central
-        self.pad, self.close = pad, close
-        with np.errstate(all="ignore"):  # not sound
-            x, y, self._speed = frame @ rays.d
-            if central:
-                self._begin = np.zeros(1)
-                self.u, self._v = x / self._speed, y / self._speed
-            else:
-                self.u, self._v, self._begin = frame @ (rays.P0 - origin)
-            self.earliest = self._begin + self._speed * rays.t0
-            low, high = ((f(self.u), f(self._v)) for f in (np.min, np.max))
-            self._slope = float(np.abs([low, high]).max()) if central else 0.0
-            # |u·ε_z − ε_x| ≤ √(1 + u²)·|ε|
-            self._stretch = (1.0 + self._slope**2) ** 0.5 * (1.0 + PAD)
-            self._low, self._size = np.array(low), np.array(high) - low
-        finite = np.isfinite(self._size).all() and np.isfinite(self.earliest).all()
-        self.sound = bool(finite and (self._speed > 0).all() and self._slope < _STEEP)
-        if self.sound:
-            self._sort()
+        self.projection, self.u, self._v = projection, u, v
+        self._begin, self._speed = begin, speed
+        self.earliest = begin + speed * t0
+        self._low = np.array([u.min(), v.min()])
+        self._size = np.array([u.max(), v.max()]) - self._low
+        self._sort()
 
     @classmethod
     def of(cls, rays: Rays, pad: float, reach: float) -> RayGrid | None:
-        """The grid of rays that have one, among things of that largest coordinate magnitude."""
-        P0, d = rays.P0, rays.d
-        if P0.shape[1] < _LEAST or not (rays.t0 >= 0).all():
+        """The grid of rays that all go ahead, at no steep slopes; None of others.
+
+        Parameters
+        ----------
+        rays : Rays
+        pad : float
+            How far from a ray something may be that it still meets.
+        reach : float
+            The largest coordinate in play.
+        """
+        if rays.count < _LEAST or not (rays.t0 >= 0).all():
             return None
-        central = P0.strides[1] == 0
-        if central:
-            origin = P0[:, :1]
-            along, ahead = _screen(d)
-        elif d.strides[1] == 0:
-            low, high = P0.min(axis=1, keepdims=True), P0.max(axis=1, keepdims=True)
-            origin = (low + high) / 2
-            along, ahead = high - low, unit(d[:, :1])
-        else:
+        with np.errstate(all="ignore"):  # not finite, or not ahead
+            axes = axes_of(rays)
+            if axes is None:
+                return None
+            (frame, origin), central = axes, rays.one_origin
+            x, y, speed = frame @ rays.directions
+            if central:
+                u, v, begin = x / speed, y / speed, np.zeros(1)
+            else:
+                u, v, begin = frame @ (rays.P0 - origin)
+            ends = np.array([u.min(), u.max(), v.min(), v.max()])
+            slope = float(np.abs(ends).max()) if central else 0.0
+            finite = np.isfinite(ends).all() and np.isfinite(begin + speed * rays.t0).all()
+        if not (finite and (speed > 0).all() and slope < _STEEP):
             return None
-        grid = cls(rays, _frame(along, ahead), origin, central, pad, _CLOSE * reach)
-        return grid if grid.sound else None
+        projection = Projection(frame, origin, central, slope, pad, _CLOSE * reach)
+        return cls(projection, u, v, begin, speed, rays.t0)
 
     def __len__(self) -> int:
         return len(self._speed)
@@ -137,63 +127,12 @@ class RayGrid:
     def _cell(self, u: Floats, low: int = 0, high: int = _MANY) -> Index:
         return _number(u, self._low[0], self._size[0], self._cells, low, high)
 
-    def points(self, X: Floats) -> tuple[Floats, Floats, Floats]:
-        """u, v and depth (k,) of points X (3, k); u and v of nothing where they are not ahead."""
-        x, y, depth = self.frame @ (X - self.origin)
-        if not self.central:
-            return x, y, depth
-        with np.errstate(all="ignore"):
-            return x / depth, y / depth, depth
-
-    def beyond(self, depth: Floats) -> Bools:
-        """Whether things from that depth (k,) on can be drawn."""
-        return depth > self.close if self.central else np.ones(depth.shape, dtype=np.bool_)
-
-    def seen_size(self, length: Floats, depth: Floats) -> Floats:
-        """How far from a point's (u, v), (k,), a ray's may be that passes within a length of it.
-
-        +inf where the point is not `beyond`.
-        """
-        size: Floats = length * self._stretch
-        if self.central:
-            beyond = self.beyond(depth)
-            size = np.divide(size, depth, out=np.full_like(size, np.inf), where=beyond)
-        return size
-
-    def grazes(self, X: Floats, N: Floats, far: Floats, sine: float) -> Bools:
-        """Whether rays may meet, by a depth, planes at an angle of less than that sine, (k,).
-
-        Parameters
-        ----------
-        X, N : (3, k) float64
-            A point of each plane and its unit normal, good to six digits.
-        far : (k,) float64
-        sine : float
-        """
-        if self.central:
-            distance, farthest = dot(N, X - self.origin), (1.0 + 2.0 * self._slope) * far
-        else:
-            distance, farthest = self.frame[2] @ N, np.ones(N.shape[1])
-        grazing: Bools = np.abs(distance) <= 1.01 * sine * farthest
-        return grazing
-
     def shows(self, u: Floats, v: Floats, radius: Floats) -> Bools:
         """Whether squares, (k,) by their middles and half sides, reach into the grid."""
         outside = np.zeros(u.shape, dtype=np.bool_)
         for x, low, size in zip((u, v), self._low, self._size, strict=True):
             outside |= (x + radius < low) | (x - radius > low + size)
         return ~outside
-
-    def hides(self, u: Floats, v: Floats, radius: Floats, near: Floats, t_max: Floats) -> Bools:
-        """Whether no ray gets as far as squares by t = t_max (n,).
-
-        Parameters
-        ----------
-        u, v, radius, near : (k,) float64
-            The squares' middles, half sides and least depths.
-        t_max : (n,) float64
-        """
-        return self._blocks.hidden(u, v, radius, near, self._begin + self._speed * t_max)
 
     def rows(self, bottom: Floats, top: Floats) -> tuple[Index, Index]:
         """The first row (k,) that meets bottom ≤ v ≤ top, (k,) each, and how many do, if any."""
@@ -224,73 +163,9 @@ class RayGrid:
 
     def latest(self, t_max: Floats, rays: Index) -> Floats:
         """The depth (k,) of some rays (k,) at t = t_max (n,)."""
-        begin = self._begin if self.central else self._begin.take(rays)
+        begin = self._begin if self.projection.central else self._begin.take(rays)
         depth: Floats = begin + self._speed.take(rays) * t_max.take(rays)
         return depth
-
-    @cached_property
-    def _blocks(self) -> _Blocks:
-        shape = [min(max(1, self._along(axis) // _BLOCK), _BLOCKS) for axis in (0, 1)]
-        return _Blocks(self.u, self._v, self._low, self._size, shape)
-
-
-def _frame(along: Floats, ahead: Floats) -> Floats:
-    """Three unit vectors as rows, at right angles: about along, and ahead (3, 1) of length one.
-
-    Where `along` says next to nothing but `ahead`, the axis that is most across does.
-    """
-    across = along - dot(along, ahead) * ahead
-    if not norm(across)[0] > 2.0**-10 * norm(along)[0]:
-        across = np.zeros((3, 1))
-        across[np.abs(ahead).argmin()] = 1.0
-    for _ in range(2):  # the second time for the digits that the first has cancelled
-        across = unit(across - dot(across, ahead) * ahead)
-    return np.concatenate((across, cross(ahead, across), ahead), axis=1).T
-
-
-def _screen(d: Floats) -> tuple[Floats, Floats]:
-    """Vectors (3, 1) along a row of the screen that d (3, n) end on, and straight toward it.
-
-    If there is no such screen, one across their mean.
-    """
-    along = d[:, 1:2] - d[:, :1]
-    ahead = unit(cross(along, d[:, -1:] - d[:, :1]))
-    distance = dot(ahead, d)
-    if not np.ptp(distance) <= PAD * np.abs(distance[0]):
-        return along, unit(unit(d).sum(axis=1, keepdims=True))
-    return along, np.copysign(1.0, distance[0]) * ahead
-
-
-class _Blocks:
-    """A grid's points in about square blocks: what lies behind all of a block's is hidden."""
-
-    def __init__(self, u: Floats, v: Floats, low: Floats, size: Floats, shape: list[int]) -> None:
-        self._low, self._size, self._shape = low, size, shape
-        number = self._place(1, v) * shape[0] + self._place(0, u)
-        self._order = _sorted(number)
-        count = np.bincount(number, minlength=shape[0] * shape[1])
-        self._filled = np.flatnonzero(count)
-        self._first = (np.cumsum(count) - count)[self._filled]
-
-    def _place(self, axis: int, x: Floats) -> Index:
-        many = self._shape[axis]
-        return _number(x, self._low[axis], self._size[axis], many, 0, many - 1)
-
-    def hidden(self, u: Floats, v: Floats, radius: Floats, near: Floats, depth: Floats) -> Bools:
-        """Whether squares (k,) begin behind the depths (n,) of all points of their blocks.
-
-        Of squares that lie in more than two blocks along a side, nothing is said.
-        """
-        ends = np.full(self._shape[0] * self._shape[1], -np.inf)
-        ends[self._filled] = np.maximum.reduceat(depth.take(self._order), self._first)
-        left, right = self._place(0, u - radius), self._place(0, u + radius)
-        bottom, top = self._place(1, v - radius), self._place(1, v + radius)
-        far = np.full(len(u), -np.inf)
-        for row in (bottom, top):
-            for column in (left, right):
-                np.maximum(far, ends.take(row * self._shape[0] + column), out=far)
-        hidden: Bools = (right - left < 2) & (top - bottom < 2) & (near > far)
-        return hidden
 
 
 def _number(x: Floats, low: float, size: float, many: int, least: int, most: int) -> Index:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from minirt.explain.steps import Step, Value, number
+from minirt.hits import RayHits
 from minirt.scene import Facets, Scene, Sphere
 from minirt.shapes.sphere import sphere_quadratic
 from minirt.shapes.triangle import TriangleCase
-from minirt.trace import Hits
 from minirt.vectors import Bools, Floats, column
 from minirt.whitted import Whitted
 
@@ -20,7 +20,7 @@ MAX_LISTED = 12
 _TINY = 1e-250
 
 
-def candidate_steps(whitted: Whitted, P0: Floats, d: Floats, hits: Hits) -> Iterator[Step]:
+def candidate_steps(whitted: Whitted, P0: Floats, d: Floats, hits: RayHits) -> Iterator[Step]:
     """A step for each object whose box the ray meets, nearest hit first, at most `MAX_LISTED`."""
     count = len(whitted.scene.objects)
     boxed = _boxes_met(whitted.scene, P0, d) | (np.arange(count) == hits.object[0])

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from minirt.explain.steps import Step, Value, named, number, vector
+from minirt.hits import RayHits
+from minirt.points import Branch, Points
+from minirt.rays import Rays
 from minirt.shading import in_total_reflection
-from minirt.trace import Hits
 from minirt.vectors import Floats, column, dot
-from minirt.whitted import Branch, Points, Whitted
+from minirt.whitted import Whitted
 
 #: Most rays of the tree that are explained; the others contribute to the colour without a step.
 MAX_RAYS = 63
@@ -41,20 +43,20 @@ def local_step(whitted: Whitted, points: Points) -> Step:
     return Step("S13", "the local colour", sentence, values)
 
 
-def color_steps(whitted: Whitted, P0: Floats, d: Floats, hits: Hits) -> Iterator[Step]:
+def color_steps(whitted: Whitted, rays: Rays, hits: RayHits) -> Iterator[Step]:
     """S7: a step for the colour of the ray, then one for each ray it spawns, depth first."""
     steps: list[Step] = []
-    _color(whitted, P0, d, hits, 0, "primary", steps)
+    _color(whitted, rays, hits, 0, "primary", steps)
     return iter(steps[:MAX_RAYS])
 
 
 def _color(
-    whitted: Whitted, P0: Floats, d: Floats, hits: Hits, generation: int, kind: str,
+    whitted: Whitted, rays: Rays, hits: RayHits, generation: int, kind: str,
     steps: list[Step],
 ) -> Floats:  # fmt: skip
     """The colour (3, 1) of a ray; inserts its step in front of those of the rays it spawns."""
     place = len(steps)
-    points = whitted.points(P0, d, hits)
+    points = whitted.points(rays, hits)
     if len(points.rays):
         color, sentence, values = _color_at(whitted, points, generation, steps)
     else:
@@ -94,6 +96,4 @@ def _color_at(
 def _branch_color(
     whitted: Whitted, branch: Branch, generation: int, kind: str, steps: list[Step]
 ) -> Floats:
-    return _color(
-        whitted, branch.origin, branch.direction, branch.hits, generation + 1, kind, steps
-    )
+    return _color(whitted, branch.rays, branch.hits, generation + 1, kind, steps)

@@ -13,11 +13,13 @@ from minirt.errors import InputError
 from minirt.explain.candidates import candidate_steps
 from minirt.explain.color import color_steps, local_step
 from minirt.explain.steps import Step, Value, length_in_words, named, number, plain, vector
+from minirt.hits import RayHits
+from minirt.points import Branch, Points
+from minirt.rays import Rays
 from minirt.rules import SLIDES, Rules
 from minirt.scene import Scene
-from minirt.trace import Hits, nearest
 from minirt.vectors import Floats, column, dot, norm
-from minirt.whitted import Branch, Points, Whitted, refractive
+from minirt.whitted import Whitted
 
 Steps: TypeAlias = Iterator[Step]
 
@@ -90,11 +92,11 @@ def explain(scene: Scene, column: int, row: int, rules: Rules = SLIDES) -> Expla
 
 def _steps(whitted: Whitted, i: int, j: int) -> Steps:
     d = yield from _ray_steps(whitted, i, j)
-    P0 = whitted.primary_origin(d)
-    hits = whitted.primary_hits(P0, d)
-    yield from candidate_steps(whitted, P0, d, hits)
+    rays = Rays.of(column(whitted.scene.screen.P0), d)
+    hits = whitted.first_hits(rays)
+    yield from candidate_steps(whitted, rays.P0, d, hits)
     yield _chosen_step(whitted, hits)
-    points = whitted.points(P0, d, hits)
+    points = whitted.points(rays, hits)
     if len(points.rays):
         yield _point_step(whitted, d, points)
         yield _normal_step(points, whitted)
@@ -102,7 +104,7 @@ def _steps(whitted: Whitted, i: int, j: int) -> Steps:
         yield _reflection_step(whitted, points)
         yield from _refraction_steps(whitted, points)
         yield local_step(whitted, points)
-    yield from color_steps(whitted, P0, d, hits)
+    yield from color_steps(whitted, rays, hits)
 
 
 def _ray_steps(whitted: Whitted, i: int, j: int) -> Generator[Step, None, Floats]:
@@ -141,7 +143,7 @@ def _ray_steps(whitted: Whitted, i: int, j: int) -> Generator[Step, None, Floats
     return d
 
 
-def _chosen_step(whitted: Whitted, hits: Hits) -> Step:
+def _chosen_step(whitted: Whitted, hits: RayHits) -> Step:
     if hits.object[0] < 0:
         sentence = "Nothing is hit: the pixel shows the background."
     else:
@@ -181,12 +183,15 @@ def _normal_step(points: Points, whitted: Whitted) -> Step:
 
 
 def _shadow_step(whitted: Whitted, points: Points) -> Step:
-    direction = np.broadcast_to(whitted.to_light, points.M.shape)
-    origin, t0 = whitted.secondary_start(points, direction)
-    blocker = nearest(whitted.geometry, whitted.rules, origin, direction, t0)
+    rays = whitted.secondary_rays(points, whitted.to_light)
+    blocker = whitted.first_hits(rays)
     dark = bool(whitted.shadow(points)[0])
     sentence = f"M is in shadow of {named(whitted, blocker)}." if dark else "M is lit: RT gives ∅."
-    values: dict[str, Value] = {"shadow": int(dark), "-l": vector(direction), "epsilon": t0}
+    values: dict[str, Value] = {
+        "shadow": int(dark),
+        "-l": vector(rays.d),
+        "epsilon": number(rays.t0),
+    }
     values |= {**_hit_values(blocker), "t": number(blocker.t)}
     return Step("S12", "the shadow ray", sentence, values)
 
@@ -202,7 +207,7 @@ def _reflection_step(whitted: Whitted, points: Points) -> Step:
 
 
 def _refraction_steps(whitted: Whitted, points: Points) -> Steps:
-    if len(refractive(points)):
+    if len(points.refractive):
         yield _snell_step(whitted, points)
         yield _refracted_step(whitted, points)
 
@@ -238,7 +243,7 @@ def _refracted_step(whitted: Whitted, points: Points) -> Step:
     )
 
 
-def _hit_values(hits: Hits) -> dict[str, Value]:
+def _hit_values(hits: RayHits) -> dict[str, Value]:
     return {"object": int(hits.object[0]), "triangle": int(hits.triangle[0])}
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from minirt.trace import Hits
+from minirt.hits import RayHits
 from minirt.vectors import Floats
 from minirt.whitted import Whitted
 
@@ -46,7 +46,7 @@ def vector(values: Floats) -> tuple[float, ...]:
     return tuple(float(x) for x in values.reshape(3, -1)[:, 0])
 
 
-def named(whitted: Whitted, hits: Hits) -> str:
+def named(whitted: Whitted, hits: RayHits) -> str:
     """The object that a single ray meets, in words; "nothing" for none."""
     index = int(hits.object[0])
     if index < 0:

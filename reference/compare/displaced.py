@@ -6,13 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from minirt.geometry import Geometry, Kind
-from minirt.render import Tile, trace_pixels
+from minirt.geometry import Kind
+from minirt.hits import RayHits
+from minirt.points import Branch, Points
+from minirt.rays import Rays
+from minirt.render import Tile
 from minirt.rules import SLIDES
 from minirt.scene import Scene
-from minirt.trace import Hits, nearest, nearest_two
+from minirt.trace import normals
 from minirt.vectors import Bools, Floats, Index, Ints, column, cross, dot, norm, put, take, unit
-from minirt.whitted import Points, Signature, Whitted
+from reference.compare.other_hits import nearest_other, nearest_two
+from reference.compare.paths import SignedPaths
 from reference.compare.surfaces import PerSurface
 from reference.source import AlongRay, Declared, NormalOffset
 
@@ -28,7 +32,7 @@ _CONTESTED_PATH = np.uint64(0xC0)
 _ASKEW = column((0.48, 0.6, 0.64)), column((0.8, -0.64, 0.0))
 
 
-class Displaced(Whitted):
+class Displaced(SignedPaths):
     """The lecture's algorithm with every ray moved sideways by some δ, in direction k of six.
 
     Secondary rays start as another renderer starts them. What is met where surfaces of several
@@ -57,13 +61,17 @@ class Displaced(Whitted):
 
         `around` is `perpendicular` of d.
         """
-        self._aside = turned(around, self.k)
+        aside = turned(around, self.k)
         if self.tilt:
-            d = d + self.tilt * norm(d) * self._aside
-        self._faces_contested = np.zeros(d.shape[1], dtype=np.bool_)
-        tile = trace_pixels(self, d, wanted)
+            d = d + self.tilt * norm(d) * aside
+        screen = self.scene.screen
+        near = self.declared.near / abs(screen.nu)  # what is nearer may be overlooked
+        rays = Rays.of(column(screen.P0) + self.step * aside, d, near)
+        hits, several = self._hits(rays)
+        tile = self.signed_tile(rays, hits, wanted)
         tile["hit"] = tile["t"] < np.inf
-        tile["triangle"] = np.where(self._faces_contested, _CONTESTED, tile["triangle"])
+        tile["triangle"] = tile["triangle"].copy()
+        tile["triangle"][several] = _CONTESTED
         return tile
 
     def refracted_direction(self, delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> Floats:
@@ -81,18 +89,7 @@ class Displaced(Whitted):
         bent: Floats = exact + (moved - cosine) * s
         return bent
 
-    def primary_origin(self, d: Floats) -> Floats:
-        """The observer, moved sideways."""
-        moved: Floats = super().primary_origin(d) + self.step * self._aside
-        return moved
-
-    def primary_hits(self, P0: Floats, d: Floats) -> Hits:
-        """The first hits that are not so near that the other renderer may overlook them."""
-        hits, several = self._hits(P0, d, self.declared.near / abs(self.scene.screen.nu))
-        self._faces_contested[several] = True
-        return hits
-
-    def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
+    def secondary_rays(self, points: Points, direction: Floats) -> Rays:
         """Where the other renderer starts, moved sideways."""
         start = self.declared.start
         if isinstance(start, NormalOffset):
@@ -100,18 +97,26 @@ class Displaced(Whitted):
         elif isinstance(start, AlongRay):
             origin, t0 = points.M, start.length
         else:
-            origin, t0 = super().secondary_start(points, direction)
-        return origin + self.step * carried(points, direction, self.k), t0
+            origin, t0 = points.M, self.epsilon
+        return Rays.of(origin + self.step * carried(points, direction, self.k), direction, t0)
+
+    def leave(self, points: Points, direction: Floats) -> Branch:
+        """The rays, whose lengths are measured from the points themselves."""
+        branch = super().leave(points, direction)
+        ahead = dot(branch.origin - points.M, direction)
+        return replace(branch, length=branch.hits.t + ahead)
 
     def _side(self, points: Points, direction: Floats) -> Floats:
         """Which side of a surface rays leave on, (n,), by its sign; on either when along it."""
         slope = dot(points.normal, direction)
         return np.where(slope == 0, 1.0 if self.k % 2 == 0 else -1.0, slope)
 
-    def optical_normal(self, normal: Floats, hits: Hits) -> Floats:
-        """Facets tilted by what their vertices' rounding turns them, spheres by the angle's."""
-        tilt = self.declared.angle + _facet_tilt(hits, self.geometry, self.levers, self.declared)
-        return unit(normal + self.sample * tilt * sideways(normal, self.k))
+    def points(self, rays: Rays, hits: RayHits) -> Points:
+        """Facets' s tilted by what their vertices' rounding turns them, spheres' by the angle's."""
+        points = super().points(rays, hits)
+        tilt = self.declared.angle + self._facet_tilt(points.hits)
+        s = unit(points.normal + self.sample * tilt * sideways(points.normal, self.k))
+        return replace(points, s=s)
 
     def shadow(self, points: Points) -> Bools:
         """Shadow; facets that the light may pass on either side shade themselves, then do not.
@@ -120,48 +125,49 @@ class Displaced(Whitted):
         """
         dark = super().shadow(points)
         slope = np.abs(dot(points.normal, unit(self.to_light)))
-        tilt = _facet_tilt(points.hits, self.geometry, self.levers, self.declared)
+        tilt = self._facet_tilt(points.hits)
         return np.where((slope > 0) & (slope < tilt), self.k % 2 == 0, dark)
 
-    def first_hits(self, P0: Floats, d: Floats, t0: float = 0.0) -> Hits:
+    def _facet_tilt(self, hits: RayHits) -> Floats:
+        """The angle (n,) by which moving a facet's vertices can turn it; 0 on spheres."""
+        flat = self.world.geometry.kind[hits.object] != Kind.SPHERE
+        return np.where(flat, 2.0 * self.declared.vertex / self.levers.at(hits), 0.0)
+
+    def first_hits(self, rays: Rays) -> RayHits:
         """The first hits; of no object, but with their t, where another may be met instead."""
-        hits, several = self._hits(P0, d, t0)
+        hits, several = self._hits(rays)
         hits.object[several] = _CONTESTED
         return hits
 
-    def color(
-        self, P0: Floats, d: Floats, hits: Hits, generation: int = 0
-    ) -> tuple[Floats, Signature]:
+    def color(self, rays: Rays, hits: RayHits, generation: int = 0) -> Floats:
         """As the lecture's, with a signature of its own for what is contested."""
-        result, signature = super().color(P0, d, hits, generation)
-        signature[hits.object == _CONTESTED] = _CONTESTED_PATH
-        return result, signature
+        result = super().color(rays, hits, generation)
+        self.signature[hits.object == _CONTESTED] = _CONTESTED_PATH
+        return result
 
-    def _hits(self, P0: Floats, d: Floats, t0: float) -> tuple[Hits, Index]:
+    def _hits(self, rays: Rays) -> tuple[RayHits, Index]:
         """The first hits, and of which rays other faces of the same object may be met instead.
 
         Where another object may be, the hit is nobody's.
         """
-        apart = 2.0 * _STEEP * self.step / norm(d)
+        apart = np.broadcast_to(2.0 * _STEEP * self.step / norm(rays.d), (rays.count,))
         relative = 2.0 * (_STEEP * self.tilt + self.declared.grain)
-        hits, next_t = nearest_two(self.geometry, self.rules, P0, d, t0, apart, relative)
+        hits, next_t = nearest_two(self.world, rays, apart, relative)
         met = np.flatnonzero(hits.object >= 0)
         first = hits.take(met)
-        gap = self._gap(take(P0, met), take(d, met), first)
+        gap = self._gap(take(rays.P0, met), take(rays.d, met), first)
         watched = first.t * (1.0 + relative) + apart[met]
         contested = np.flatnonzero(np.minimum(next_t[met], watched) <= first.t + gap)
-        return hits, self._settle(P0, d, t0, hits, met[contested], gap[contested])
+        return hits, self._settle(rays, hits, met[contested], gap[contested])
 
-    def _settle(
-        self, P0: Floats, d: Floats, t0: float, hits: Hits, rays: Index, gap: Floats
-    ) -> Index:
+    def _settle(self, cast: Rays, hits: RayHits, rays: Index, gap: Floats) -> Index:
         """What rays meet that may meet something else within the gap: see `_hits`."""
 
-        def others(rays: Index, gap: Floats, face: Ints | None) -> Hits:
+        def others(rays: Index, gap: Floats, face: Ints | None) -> RayHits:
             t, known = hits.t[rays], (hits.object[rays], face)
-            low, high = np.maximum(t - gap, t0), t + gap
-            at, along = take(P0, rays), take(d, rays)
-            return nearest(self.geometry, self.rules, at, along, low, high, other_than=known)
+            low, high = np.maximum(t - gap, cast.interval(rays)[0]), t + gap
+            beside = Rays.of(take(cast.P0, rays), take(cast.d, rays), low, high)
+            return nearest_other(self.world, beside, known)
 
         other = others(rays, gap, hits.triangle[rays])
         some = np.flatnonzero(other.object >= 0)
@@ -174,10 +180,10 @@ class Displaced(Whitted):
         several: Index = rays[alike]
         return several
 
-    def _gap(self, P0: Floats, d: Floats, hits: Hits) -> Floats:
+    def _gap(self, P0: Floats, d: Floats, hits: RayHits) -> Floats:
         """How much of t (n,) may lie between two surfaces that the error can exchange."""
         t, length = hits.t, norm(d)
-        normal = self.normals(self.rules.point_at(P0, d, t), hits)
+        normal = normals(self.world, self.rules.point_at(P0, d, t), hits)
         slope = np.maximum(np.abs(dot(normal, d / length)), 2.0**-20)
         gap: Floats = 2.0 * (self.step / length + self.tilt * t) / slope
         return gap + 2.0 * self.declared.grain * t
@@ -185,9 +191,6 @@ class Displaced(Whitted):
 
 def perpendicular(d: Floats) -> tuple[Floats, Floats]:
     """Two unit vectors (3, n) perpendicular to d (3, n) and to each other."""
-    if d.strides[1] == 0 and d.shape[1] > 1:  # one vector that stands for all
-        first, second = perpendicular(d[:, :1])
-        return np.broadcast_to(first, d.shape), np.broadcast_to(second, d.shape)
     first = cross(d, _ASKEW[0])
     parallel = np.flatnonzero(dot(first, first) < 0.1 * dot(d, d))
     put(first, parallel, cross(take(d, parallel), _ASKEW[1]))
@@ -229,12 +232,6 @@ def carried(points: Points, direction: Floats, k: int) -> Floats:
     )
     onward: Floats = aside + share * (delta - back * direction)
     return onward
-
-
-def _facet_tilt(hits: Hits, geometry: Geometry, levers: PerSurface, declared: Declared) -> Floats:
-    """The angle (n,) by which moving a facet's vertices can turn it; 0 on spheres."""
-    flat = geometry.kind[hits.object] != Kind.SPHERE
-    return np.where(flat, 2.0 * declared.vertex / levers.at(hits), 0.0)
 
 
 def _off_surface(points: Points, side: Floats, start: NormalOffset) -> Floats:

@@ -31,27 +31,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minirt.culling.cells import squares
+from minirt.culling import squares
 from minirt.frame import Array, Frame
 from minirt.geometry import Geometry, Kind
+from minirt.hits import RayHits
 from minirt.quantities import QUANTITIES
 from minirt.render import (
     BEFORE_POINTS,
-    SIGNATURE,
     Tile,
     blank_frame,
     chosen_quantities,
     fill,
     frame_meta,
-    primary_directions,
-    tiles,
 )
 from minirt.rules import SLIDES
 from minirt.scene import Scene
-from minirt.trace import Hits
 from minirt.vectors import Bools, Floats, Index
-from minirt.whitted import Whitted
+from minirt.whitted import primary_directions
 from reference.compare.displaced import Displaced, perpendicular
+from reference.compare.paths import SIGNATURE, SignedPaths
 from reference.compare.surfaces import Surfaces, warp
 from reference.source import Declared
 
@@ -115,7 +113,7 @@ class Exact:
     frame : Frame
         Every quantity, bit for bit what `minirt.render` gives.
     signature : (ny, nx) uint64
-        Of each pixel's tree of rays: see `minirt.whitted.Whitted.color`.
+        Of each pixel's tree of rays: see `reference.compare.paths.SignedPaths`.
     """
 
     scene: Scene
@@ -123,7 +121,7 @@ class Exact:
     signature: Array
 
     def tile(self, pixels: Index) -> Tile:
-        """Some pixels' values, (n,) or (3, n), as `minirt.render.tiles` gives them."""
+        """Some pixels' values, (n,) or (3, n), as `minirt.render.trace_pixels` gives them."""
         tile: Tile = {SIGNATURE: self.signature.reshape(-1)[pixels]}
         for name, array in self.frame.items():
             flat = array.reshape(self.signature.size, -1).take(pixels, axis=0)
@@ -135,7 +133,10 @@ def exact_answer(scene: Scene) -> Exact:
     """Render every quantity of a scene, and the signature of each pixel."""
     arrays = blank_frame(scene)
     signature = np.zeros((scene.screen.ny, scene.screen.nx), dtype=np.uint64)
-    for pixels, tile in tiles(Whitted(scene), {*arrays, SIGNATURE}):
+    whitted, wanted = SignedPaths(scene), frozenset(arrays)
+    for pixels in squares(scene.screen.nx, scene.screen.ny):
+        rays = whitted.rays_of(pixels)
+        tile = whitted.signed_tile(rays, whitted.first_hits(rays), wanted)
         fill(arrays, pixels, tile)
         signature.reshape(-1)[pixels] = tile[SIGNATURE]
     return Exact(scene, Frame(arrays, frame_meta(scene)), signature)
@@ -253,7 +254,7 @@ def _bases(
     """
     n = len(base["object"])
     nan = np.full(n, np.nan)
-    hits = Hits(base["t"], base["object"], base["triangle"], nan, nan)
+    hits = RayHits(base["t"], base["object"], base["triangle"], nan, nan)
     lever = surfaces.levers.at(hits)
     plane, inside = _slenderness(base, hits, surfaces)
     distance = np.where(base["hit"], base["distance"], 0.0)
@@ -284,7 +285,7 @@ def _bases(
     return bases
 
 
-def _slenderness(base: Tile, hits: Hits, surfaces: Surfaces) -> tuple[Floats, Floats]:
+def _slenderness(base: Tile, hits: RayHits, surfaces: Surfaces) -> tuple[Floats, Floats]:
     """How many times δ a renderer may stray along the ray (n,), and within a facet (n,): ≥ 1.
 
     A facet of height h and longest edge L, met under an angle of cosine c, in a scene of extent

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from minirt.geometry import Geometry, Kind
+from minirt.hits import RayHits
 from minirt.scene import Facets
-from minirt.trace import Hits
 from minirt.vectors import Floats, Index, cross, norm, unit
 
 
@@ -27,7 +27,7 @@ class PerSurface:
     numbers: Floats
     first: Index
 
-    def at(self, hits: Hits) -> Floats:
+    def at(self, hits: RayHits) -> Floats:
         """The number (n,) at each hit; +inf where nothing is hit."""
         number = np.full(hits.object.shape, np.inf)
         on = np.flatnonzero(hits.object >= 0)
@@ -63,7 +63,7 @@ class Surfaces:
             extent,
         )
 
-    def shape(self, hits: Hits) -> tuple[Floats, Floats]:
+    def shape(self, hits: RayHits) -> tuple[Floats, Floats]:
         """Longest edge over height of the facet at each hit, and that edge over the extent.
 
         Both (n,); 0 on spheres and where nothing is hit.

@@ -15,7 +15,6 @@ from minirt.render import (
     chosen_quantities,
     fill,
     frame_meta,
-    primary_directions,
     trace_pixels,
 )
 from minirt.rules import SLIDES, Rules
@@ -89,9 +88,8 @@ class Mutant:
         """
         names = tuple(quantities)
         whitted = Whitted(self.scene(scene), self.rules)
-        d = primary_directions(whitted.scene, whitted.rules, pixels)
         with np.errstate(all="ignore"):  # a wrong rule may overflow, which is its own mistake
-            tile = trace_pixels(whitted, d, frozenset((*names, *_ALWAYS)))
+            tile = trace_pixels(whitted, pixels, frozenset((*names, *_ALWAYS)))
         tile = {name: tile[name] for name in {*names, *_ALWAYS}}
         if self.change is not None:
             tile = tile | self.change(scene, pixels, tile)

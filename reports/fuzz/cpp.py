@@ -10,10 +10,11 @@ import numpy as np
 
 from minirt.frame import Frame
 from minirt.quantities import QUANTITIES
-from minirt.render import primary_directions, render
+from minirt.render import render
 from minirt.rules import SLIDES
 from minirt.scene import Scene, Sphere
 from minirt.vectors import Floats
+from minirt.whitted import primary_directions
 from reference.fuzz.bench import Trial
 
 #: Relative tolerance of t, for an intersection in double: 2**16 roundings of 2**-53.

@@ -8,12 +8,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import minirt
+from minirt.culling import SceneIndex
 from minirt.geometry import Geometry
+from minirt.rays import Rays
 from minirt.rules import SLIDES
-from minirt.trace import nearest
+from minirt.trace import RT, World
 from tests.bench.bench_cases import BALLS, INCOHERENT, count, image_scene, incoherent_rays, scene_of
 from tests.bench.bench_timing import timed
 
@@ -25,12 +28,14 @@ minirt.render(minirt.load_scene(sys.argv[1]), quantities="t")
 print(int(line.split()[1]) * 1024)
 """
 
+_ONE_RAY = Rays.of(np.zeros((3, 1)), np.ones((3, 1))), np.full(1, np.inf)
+
 
 def _rays(n: int) -> Callable[[], object]:
     scene = scene_of(INCOHERENT)
     P0, d = incoherent_rays(scene, n)
-    geometry = Geometry.of(scene)
-    return lambda: nearest(geometry, SLIDES, P0, d, 0.0)
+    world = World.of(Geometry.of(scene), SLIDES)
+    return lambda: RT(world, Rays.of(P0, d))
 
 
 def _depth(n: int) -> Callable[[], object]:
@@ -57,8 +62,9 @@ def _tree(case: str) -> Callable[[], object]:
     scene = scene_of(case)
 
     def build() -> object:
-        triangles = Geometry.of(replace(scene)).triangles  # a scene that nobody has seen yet
-        return triangles.tree, triangles.patches
+        geometry = Geometry.of(replace(scene))  # a scene that nobody has seen yet
+        (triangles,) = SceneIndex.of(geometry).kinds
+        return triangles.tree, triangles.bounding_test(*_ONE_RAY, 0.0)
 
     return build
 

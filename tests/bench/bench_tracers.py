@@ -19,11 +19,12 @@ import minirt
 from converters.placement import fitted_placement
 from converters.povray.scene import povray_scene
 from minirt.geometry import Geometry
-from minirt.render import primary_directions
+from minirt.rays import Rays
 from minirt.rules import SLIDES
 from minirt.scene import Scene, Sphere
-from minirt.trace import nearest
+from minirt.trace import RT, World
 from minirt.vectors import Floats, Index
+from minirt.whitted import primary_directions
 from reference.renderers.mitsuba.llvm import find_llvm
 from reference.renderers.mitsuba.world import load_world, start
 from reference.renderers.povray.run import find_povray
@@ -89,10 +90,10 @@ def _minirt(scene: Scene, rays: int) -> Callable[[], Floats | None]:
 
 
 def _minirt_shoots(scene: Scene) -> Callable[[Floats, Floats], Floats | None]:
-    geometry = Geometry.of(scene)
+    world = World.of(Geometry.of(scene), SLIDES)
 
     def first_hits(P0: Floats, d: Floats) -> Floats:
-        return nearest(geometry, SLIDES, P0.T, d.T, 0.0).t
+        return RT(world, Rays.of(P0.T, d.T)).t
 
     first_hits(np.array([scene.screen.P0]), np.ones((1, 3)))  # builds the trees
     return first_hits

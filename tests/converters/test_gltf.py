@@ -18,12 +18,12 @@ from converters.gltf.scene import CHORD_ERROR, export_gltf, gltf_bytes
 from converters.obj import export_obj
 from minirt import load_scene
 from minirt.errors import InputError
-from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Facets, Scene, Sphere
 from minirt.scene_file.atlas import atlas_names
 from minirt.screen import VirtualScreen
 from minirt.vectors import Floats, unit
+from minirt.whitted import primary_directions
 
 #: Scenes with every kind of object; left-handed, off-axis; far from the origin; without objects.
 NAMES = [

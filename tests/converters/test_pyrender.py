@@ -12,10 +12,10 @@ import pytest
 import minirt
 from converters import pyrender as converter
 from converters.pyrender import COARSEST, FINEST, PyrenderScene
-from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Scene
 from minirt.vectors import column, cross, dot
+from minirt.whitted import primary_directions
 
 SCREEN: dict[str, Any] = {
     "P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,

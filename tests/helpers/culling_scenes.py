@@ -8,12 +8,32 @@ from typing import Any
 import numpy as np
 
 import minirt
-from minirt.rules import SLIDES, in_interval
+from minirt.geometry import Geometry
+from minirt.hits import RayHits
+from minirt.rays import Rays
+from minirt.rules import SLIDES, Rules, in_interval
+from minirt.trace import RT, World
+from minirt.trace import occluded as any_hit
+from minirt.vectors import Bools, Floats
 
 #: An equal rule that is not the same object: boxes are only trusted with the lecture's own rules.
 BRUTE = SLIDES.replace(in_interval=lambda *interval: in_interval(*interval))
 
 Objects = list[dict[str, Any]]
+
+
+def nearest(
+    geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
+    t0: Floats | float = 0.0, t1: Floats | float = np.inf,
+) -> RayHits:  # fmt: skip
+    return RT(World.of(geometry, rules), Rays.of(P0, d, t0, t1))
+
+
+def occluded(
+    geometry: Geometry, rules: Rules, P0: Floats, d: Floats,
+    t0: Floats | float = 0.0, t1: Floats | float = np.inf,
+) -> Bools:  # fmt: skip
+    return any_hit(World.of(geometry, rules), Rays.of(P0, d, t0, t1))
 
 
 def sphere(center: Any, radius: float, material: str = "all") -> dict[str, Any]:
@@ -125,3 +145,17 @@ FAMILIES: dict[str, Callable[[np.random.Generator], Objects]] = {
         _boxes,
     )
 }  # fmt: skip
+
+
+def rays_around(rng: np.random.Generator, scene: minirt.Scene, n: int) -> tuple[Floats, Floats]:
+    """Rays that start on boxes and corners, with and without zero components."""
+    bounds = scene.bounds
+    assert bounds is not None
+    low, high = bounds
+    P0 = rng.uniform(low - 1, high + 1, (n, 3))
+    P0[::2] = np.where(rng.random((len(P0[::2]), 3)) < 0.5, low, high)
+    P0[::3] = np.round(P0[::3] * 2) / 2
+    d = rng.uniform(low, high, (n, 3)) - P0
+    d[::2] = rng.integers(-1, 2, d[::2].shape)
+    d[(d == 0).all(axis=1)] = (0, 0, -1)
+    return np.ascontiguousarray(P0.T), np.ascontiguousarray(d.T)

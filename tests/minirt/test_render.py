@@ -109,7 +109,7 @@ def test_a_quantity_alone_has_the_same_bytes(frame: minirt.Frame, name: str) -> 
 
 
 def test_tiles_do_not_show(frame: minirt.Frame, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["minirt.culling.cells"], "SIDE", 16)
+    monkeypatch.setattr(sys.modules["minirt.culling.image_cells"], "SIDE", 16)
     seen: list[tuple[int, int]] = []
     scene = minirt.load_scene(_scene(40, 30, 6))
     tiled = minirt.render(scene, progress=lambda done, total: seen.append((done, total)))

@@ -10,10 +10,10 @@ import numpy as np
 
 from converters.placement import centered_placement
 from minirt.frame import Frame
-from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Scene
 from minirt.vectors import column, unit
+from minirt.whitted import primary_directions
 from reference.renderers.embree.errors import declared
 from reference.renderers.embree.rays import Embree, Engine
 from reference.renderers.embree.secondary import Onward

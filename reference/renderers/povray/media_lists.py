@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from converters.povray.media import Body
+from minirt.points import Branch, Points
 from minirt.rules import SLIDES
 from minirt.scene import Scene
-from minirt.screen import image_pixels, model_from_view, pixel_center, view_frame
 from minirt.shading import in_total_reflection
 from minirt.vectors import Bools, Floats, Index
-from minirt.whitted import Branch, Points, Whitted
+from minirt.whitted import Whitted
 
 Lists = NDArray[np.intp]
 
@@ -34,10 +34,9 @@ def media_fault(scene: Scene, bodies: tuple[Body, ...]) -> str | None:
     follower = _Follower(scene, bodies)
     screen = scene.screen
     for start in range(0, screen.nx * screen.ny, _BLOCK):
-        pixels = image_pixels(screen, np.arange(start, min(start + _BLOCK, screen.nx * screen.ny)))
-        d = model_from_view(view_frame(screen), *pixel_center(screen, *pixels))
-        origin = follower.whitted.primary_origin(d)
-        points = follower.whitted.points(origin, d, follower.whitted.first_hits(origin, d))
+        pixels = np.arange(start, min(start + _BLOCK, screen.nx * screen.ny))
+        rays = follower.whitted.rays_of(pixels)
+        points = follower.whitted.points(rays, follower.whitted.first_hits(rays))
         fault = follower.follow(points, np.full((len(points.rays), follower.longest), -1), 0)
         if fault:
             return fault
@@ -76,7 +75,7 @@ class _Follower:
         return fault or self._onward(back, lists[shiny], generation)
 
     def _onward(self, rays: Branch, lists: Lists, generation: int) -> str | None:
-        points = self.whitted.points(rays.origin, rays.direction, rays.hits)
+        points = self.whitted.points(rays.rays, rays.hits)
         return self.follow(points, lists[points.rays], generation + 1) if len(points.rays) else None
 
     def _cross(self, lists: Lists, body: Index) -> tuple[Lists, Floats]:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.culling.cells import CELL, squares
+from minirt.culling import squares
+from minirt.culling.image_cells import CELL
 from minirt.rules import SLIDES
 from minirt.screen import pixel_center
 from tests.helpers.culling_scenes import BRUTE, FAMILIES, scene_with, sphere, triangle
@@ -107,13 +108,13 @@ def test_few_objects_on_much_background_are_the_same(family: str) -> None:
 def traced(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How many pixels were traced together, call by call."""
     module, counts = sys.modules["minirt.render"], []
-    honest = module._traced
+    honest = module.trace_pixels
 
     def counted(whitted: Any, pixels: Any, wanted: Any) -> Any:
         counts.append(len(pixels))
         return honest(whitted, pixels, wanted)
 
-    monkeypatch.setattr(module, "_traced", counted)
+    monkeypatch.setattr(module, "trace_pixels", counted)
     return counts
 
 

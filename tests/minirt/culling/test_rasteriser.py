@@ -8,16 +8,23 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.culling import rasteriser
-from minirt.culling.candidates import CandidatePairs
-from minirt.culling.packets import Rays
+from minirt.culling import SceneIndex, culled_pairs, rasteriser
+from minirt.culling.projection import Projection
 from minirt.culling.rasteriser import Rasteriser
 from minirt.culling.ray_grid import RayGrid
 from minirt.geometry import Geometry
+from minirt.rays import Rays
 from minirt.rules import SLIDES
-from minirt.trace import nearest, occluded
 from minirt.vectors import Floats, Index
-from tests.helpers.culling_scenes import BRUTE, FAMILIES, scene_with, sphere, triangle
+from tests.helpers.culling_scenes import (
+    BRUTE,
+    FAMILIES,
+    nearest,
+    occluded,
+    scene_with,
+    sphere,
+    triangle,
+)  # fmt: skip
 
 EYE = np.array([0.3, 0.4, 6.0])
 #: Families with more triangles than are offered without culling.
@@ -58,7 +65,7 @@ def _targets(rng: np.random.Generator, triangles: Floats, n: int) -> Floats:
 
 def _central(rng: np.random.Generator, targets: Floats) -> tuple[Floats, Floats]:
     d = targets - EYE[:, None]
-    return np.broadcast_to(EYE[:, None], d.shape), d
+    return EYE[:, None], d
 
 
 def _nearly_central(rng: np.random.Generator, targets: Floats) -> tuple[Floats, Floats]:
@@ -67,12 +74,12 @@ def _nearly_central(rng: np.random.Generator, targets: Floats) -> tuple[Floats, 
 
 
 def _parallel(rng: np.random.Generator, targets: Floats) -> tuple[Floats, Floats]:
-    d = np.broadcast_to(rng.normal(size=(3, 1)), targets.shape)
+    d = rng.normal(size=(3, 1))
     return targets - d * rng.integers(0, 3, targets.shape[1]) * rng.random(), d
 
 
 def _along_an_axis(rng: np.random.Generator, targets: Floats) -> tuple[Floats, Floats]:
-    d = np.broadcast_to(np.array([[0.0], [0.0], [-2.0]]), targets.shape)
+    d = np.array([[0.0], [0.0], [-2.0]])
     return targets - d * rng.integers(0, 3, targets.shape[1]), d
 
 
@@ -98,18 +105,12 @@ def test_rt_is_the_same_with_and_without_a_drawing(
     if kind in ("central", "nearly_central"):
         ahead = _ahead(P0, d)
         d = d[:, ahead]
-        P0 = P0[:, ahead] if kind == "nearly_central" else np.broadcast_to(EYE[:, None], d.shape)
+        P0 = P0[:, ahead] if kind == "nearly_central" else P0
     geometry = Geometry.of(scene)
     asked = nearest(geometry, BRUTE, P0, d, 0.0)
     until = np.where(np.isfinite(asked.t), asked.t * (1 + 1e-9), 1.0)
-    for t0, t1, before in (
-        (0.0, np.inf, None),
-        (1e-3, np.inf, None),
-        (0.0, until, (asked.object, asked.triangle)),
-    ):
-        hits = [
-            nearest(geometry, rules, P0, d, t0, t1, other_than=before) for rules in (SLIDES, BRUTE)
-        ]
+    for t0, t1 in ((0.0, np.inf), (1e-3, np.inf), (0.0, until)):
+        hits = [nearest(geometry, rules, P0, d, t0, t1) for rules in (SLIDES, BRUTE)]
         for name, value in vars(hits[0]).items():
             assert value.tobytes() == getattr(hits[1], name).tobytes(), (name, t0)
         shadows = [occluded(geometry, rules, P0, d, t0) for rules in (SLIDES, BRUTE)]
@@ -174,23 +175,22 @@ def test_a_room_around_the_observer_is_seen(drawn: list[int]) -> None:
 def _lattice(rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Parallel rays along the diagonal of the cube that their origins fill."""
     P0 = np.stack(np.meshgrid(*[np.linspace(-2, 2, 9)] * 3)).reshape(3, -1)
-    return P0, np.broadcast_to(np.ones((3, 1)), P0.shape)
+    return P0, np.ones((3, 1))
 
 
 def _in_file(rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Rays that start behind each other."""
     d = np.array([[0.3], [0.7], [0.2]])
-    return 0.1 + d * rng.uniform(-5, 5, 2000), np.broadcast_to(d, (3, 2000))
+    return 0.1 + d * rng.uniform(-5, 5, 2000), d
 
 
 def _one_and_the_same(rng: np.random.Generator) -> tuple[Floats, Floats]:
-    P0, _ = _screen(64, 64)
-    return P0, np.broadcast_to(np.array([[0.0], [0.1], [-1.0]]), P0.shape)
+    return np.tile([[0.0], [0.0], [3.0]], 4096), np.array([[0.0], [0.1], [-1.0]])
 
 
 def _each_four_times(rng: np.random.Generator) -> tuple[Floats, Floats]:
     P0, d = _screen(32, 32)
-    return np.broadcast_to(P0[:, :1], (3, 4096)), np.repeat(d, 4, axis=1)
+    return P0, np.repeat(d, 4, axis=1)
 
 
 def _next_to_no_width(rng: np.random.Generator) -> tuple[Floats, Floats]:
@@ -224,8 +224,8 @@ def test_small_things_far_away_are_culled_all_the_same() -> None:
     corners = far + rng.uniform(-2, 2, (1000, 1, 3)) + rng.normal(size=(1000, 3, 3)) * 0.1
     geometry = Geometry.of(scene_with([triangle(v) for v in corners]))
     P0, d = far[:, None] + rng.uniform(-2, 2, (3, 2000)), rng.normal(size=(3, 2000))
-    candidates = CandidatePairs(geometry, Rays(P0, d, np.zeros(2000)), np.full(2000, np.inf))
-    assert sum(len(rays) for rays, _ in candidates.triangles()) < 0.02 * 1000 * 2000
+    pairs = culled_pairs(SceneIndex.of(geometry), Rays.of(P0, d), np.full(2000, np.inf))
+    assert sum(len(of) for _, of, _ in pairs) < 0.02 * 1000 * 2000
 
 
 def test_a_group_around_the_observer_is_seen(drawn: list[int]) -> None:
@@ -233,7 +233,7 @@ def test_a_group_around_the_observer_is_seen(drawn: list[int]) -> None:
     shape = np.array([(-0.2, -0.1, 0.0), (0.2, -0.1, 0.0), (0.0, 0.2, 0.0)])
     scene = scene_with([triangle(shape + np.array([0, 0, z])) for z in np.linspace(-8, 8, 40)])
     _, d = _screen(64, 64)
-    P0, geometry = np.broadcast_to(np.zeros((3, 1)), d.shape), Geometry.of(scene)
+    P0, geometry = np.zeros((3, 1)), Geometry.of(scene)
     for until in (np.inf, 6.0):
         culled, asked = (nearest(geometry, r, P0, d, 0.0, until) for r in (SLIDES, BRUTE))
         assert culled.t.tobytes() == asked.t.tobytes()
@@ -241,7 +241,7 @@ def test_a_group_around_the_observer_is_seen(drawn: list[int]) -> None:
     assert len(drawn) == 2
 
 
-def _shrunk(grid: RayGrid, length: Floats, depth: Floats) -> Floats:
+def _shrunk(projection: Projection, length: Floats, depth: Floats) -> Floats:
     return np.full(length.shape, -0.01)
 
 
@@ -250,7 +250,7 @@ def test_a_drawing_that_is_too_small_would_be_noticed(monkeypatch: pytest.Monkey
     scene = scene_with(FAMILIES["shared_edges"](rng))
     P0, d = _central(rng, _targets(rng, _triangles(scene), 3000))
     asked = nearest(Geometry.of(scene), BRUTE, P0, d, 0.0)
-    monkeypatch.setattr(RayGrid, "seen_size", _shrunk)
+    monkeypatch.setattr(Projection, "seen_size", _shrunk)
     culled = nearest(Geometry.of(scene), SLIDES, P0, d, 0.0)
     assert (culled.triangle != asked.triangle).any()
 
@@ -270,11 +270,15 @@ def test_a_drawing_offers_few_pairs_and_hides_what_lies_behind() -> None:
     scene = scene_with([triangle(v) for v in (*layers, *other)], eye=[0, 0, 3])
     P0, d = _screen(128, 128)
     triangles = Geometry.of(scene).triangles
-    seen = RayGrid.of(Rays(P0, d, np.zeros(P0.shape[1])), 1e-11, triangles.tree.reach)
+    (index,) = SceneIndex.of(Geometry.of(scene)).kinds
+    seen = RayGrid.of(Rays.of(P0, d), 1e-11, index.tree.reach)
     assert seen is not None
-    t_max = np.full(P0.shape[1], np.inf)
+    assert index.groups is not None
+    drawing = Rasteriser.of(seen, index.groups)
+    assert drawing is not None
+    t_max = np.full(d.shape[1], np.inf)
     offered = 0
-    for rays, which in Rasteriser(seen, triangles.groups).pairs(t_max):
+    for rays, which in drawing.pairs(t_max):
         offered += len(rays)
         depth = 3.0 - triangles.a[2, which]  # d's third component is −1
         np.minimum.at(t_max, rays, depth)
@@ -286,7 +290,7 @@ def _screen(nx: int, ny: int) -> tuple[Floats, Floats]:
     """Rays from (0, 0, 3) through the pixels of a screen one unit ahead."""
     x, y = np.meshgrid((np.arange(nx) + 0.5) / nx - 0.5, (np.arange(ny) + 0.5) / ny - 0.5)
     d = np.stack((x.ravel(), y.ravel(), np.full(nx * ny, -1.0)))
-    return np.broadcast_to(np.array([[0.0], [0.0], [3.0]]), d.shape), d
+    return np.array([[0.0], [0.0], [3.0]]), d
 
 
 def _spread(P0: Floats, d: Floats) -> tuple[Floats, Floats]:
@@ -298,7 +302,7 @@ def _all_around(P0: Floats, d: Floats) -> tuple[Floats, Floats]:
 
 
 def _few(P0: Floats, d: Floats) -> tuple[Floats, Floats]:
-    return P0[:, :100], d[:, :100]
+    return P0, d[:, :100]
 
 
 def _without_a_direction(P0: Floats, d: Floats) -> tuple[Floats, Floats]:
@@ -313,19 +317,19 @@ def test_other_rays_have_no_picture(
     change: Callable[[Floats, Floats], tuple[Floats, Floats]],
 ) -> None:
     P0, d = _screen(64, 64)
-    assert RayGrid.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is not None
+    assert RayGrid.of(Rays.of(P0, d), 1e-11, 5.0) is not None
     P0, d = change(P0, d)
-    assert RayGrid.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0) is None
+    assert RayGrid.of(Rays.of(P0, d), 1e-11, 5.0) is None
 
 
 def test_rays_that_may_go_back_have_no_picture() -> None:
     P0, d = _screen(64, 64)
-    assert RayGrid.of(Rays(P0, d, np.full(d.shape[1], -1.0)), 1e-11, 5.0) is None
+    assert RayGrid.of(Rays.of(P0, d, -1.0), 1e-11, 5.0) is None
 
 
 def test_rows_of_a_picture_are_those_of_the_screen() -> None:
     P0, d = _screen(64, 48)
-    grid = RayGrid.of(Rays(P0, d, np.zeros(d.shape[1])), 1e-11, 5.0)
+    grid = RayGrid.of(Rays.of(P0, d), 1e-11, 5.0)
     assert grid is not None
     first, count = grid.rows(np.array([-1.0]), np.array([1.0]))
     bottom, top = grid.band(np.arange(count[0]))

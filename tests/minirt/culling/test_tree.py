@@ -6,16 +6,26 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.culling.bounding_tests import PlaneBoundingTest, SphereBoundingTest
-from minirt.culling.candidates import CandidatePairs
-from minirt.culling.packets import Rays
+from minirt.culling import SceneIndex, culled_pairs
 from minirt.culling.tree import visit
 from minirt.every_hit import every_hit
 from minirt.geometry import Geometry
+from minirt.hits import RayHits
+from minirt.rays import Rays
 from minirt.rules import SLIDES
-from minirt.trace import Hits, nearest, nearest_two, occluded
+from minirt.trace import World
 from minirt.vectors import Floats, unit
-from tests.helpers.culling_scenes import BRUTE, FAMILIES, Objects, scene_with, sphere, triangle
+from tests.helpers.culling_scenes import (
+    BRUTE,
+    FAMILIES,
+    Objects,
+    nearest,
+    occluded,
+    rays_around,
+    scene_with,
+    sphere,
+    triangle,
+)  # fmt: skip
 
 
 def _moved(objects: Objects, by: Floats) -> Objects:
@@ -53,25 +63,11 @@ def test_render_is_the_same_for_rays_along_axes_and_through_edges(family: str) -
     _assert_same(scene_with(objects, eye=(0, 0, 4), nx=25, ny=25), 40)
 
 
-def _rays(rng: np.random.Generator, scene: minirt.Scene, n: int) -> tuple[Floats, Floats]:
-    """Rays that start on boxes and corners, with and without zero components."""
-    bounds = scene.bounds
-    assert bounds is not None
-    low, high = bounds
-    P0 = rng.uniform(low - 1, high + 1, (n, 3))
-    P0[::2] = np.where(rng.random((len(P0[::2]), 3)) < 0.5, low, high)
-    P0[::3] = np.round(P0[::3] * 2) / 2
-    d = rng.uniform(low, high, (n, 3)) - P0
-    d[::2] = rng.integers(-1, 2, d[::2].shape)
-    d[(d == 0).all(axis=1)] = (0, 0, -1)
-    return np.ascontiguousarray(P0.T), np.ascontiguousarray(d.T)
-
-
 @pytest.mark.parametrize("family", FAMILIES)
 def test_rt_is_the_same_with_and_without_boxes(family: str) -> None:
     rng = np.random.default_rng(23)
     scene = scene_with(FAMILIES[family](rng))
-    geometry, (P0, d) = Geometry.of(scene), _rays(rng, scene, 3000)
+    geometry, (P0, d) = Geometry.of(scene), rays_around(rng, scene, 3000)
     met = 0
     for t0, t1 in ((0.0, np.inf), (0.5, 2.0), (1.0, 1.0)):
         culled, asked = (nearest(geometry, rules, P0, d, t0, t1) for rules in (SLIDES, BRUTE))
@@ -88,40 +84,21 @@ def test_rt_is_the_same_with_and_without_boxes(family: str) -> None:
 def test_nearest_is_the_first_of_all_hits(family: str) -> None:
     rng = np.random.default_rng(24)
     scene = scene_with(FAMILIES[family](rng))
-    geometry, (P0, d) = Geometry.of(scene), _rays(rng, scene, 1000)
+    geometry, (P0, d) = Geometry.of(scene), rays_around(rng, scene, 1000)
     first = nearest(geometry, SLIDES, P0, d, 0.0)
-    every = every_hit(geometry, SLIDES, P0, d, 0.0, np.inf)
+    every = every_hit(World.of(geometry, SLIDES), Rays.of(P0, d))
     assert every.t.shape[0] > 1
     for name, value in vars(every).items():
         assert value[0].tobytes() == getattr(first, name).tobytes(), name
-
-
-@pytest.mark.parametrize("family", sorted(FAMILIES.keys() - {"scales"}))  # its hits lie far apart
-def test_the_next_hit_is_known_as_far_as_it_is_looked_for(family: str) -> None:
-    rng = np.random.default_rng(27)
-    scene = scene_with(FAMILIES[family](rng))
-    geometry, (P0, d) = Geometry.of(scene), _rays(rng, scene, 1000)
-    first, next_t = nearest_two(geometry, SLIDES, P0, d, 0.0, 0.1, 0.3)
-    every = every_hit(geometry, SLIDES, P0, d, 0.0, np.inf)
-    own = (every.object == first.object) & (every.triangle == first.triangle)
-    second = np.where(own, np.inf, every.t).min(axis=0)
-    near = np.flatnonzero((second < np.inf) & (second <= first.t * 1.3 + 0.1))
-    assert first.t.tobytes() == every.t[0].tobytes()
-    assert (first.t <= next_t).all()
-    assert (next_t[near] <= second[near]).all()
-    assert len(near) > 5
 
 
 def test_many_rays_meet_few_boxes() -> None:
     """That the boxes cull at all: a primitive is offered to a small part of the rays."""
     rng = np.random.default_rng(25)
     scene = scene_with([sphere(rng.uniform(-2, 2, 3), 0.02) for _ in range(500)])
-    spheres = Geometry.of(scene).spheres
-    rays = Rays(np.zeros((3, 2000)), rng.normal(size=(3, 2000)), np.zeros(2000))
-    asked = sum(
-        packets.size * len(primitives)
-        for packets, _, primitives in visit(spheres.tree, rays.packets, np.full(2000, np.inf), 0.0)
-    )
+    (spheres,) = SceneIndex.of(Geometry.of(scene)).kinds
+    rays = Rays.of(np.zeros((3, 2000)), rng.normal(size=(3, 2000)))
+    asked = sum(len(of) for of, _ in visit(spheres.tree, rays, np.full(2000, np.inf), 0.0))
     assert 0 < asked < 0.1 * 500 * 2000
 
 
@@ -152,14 +129,10 @@ def test_rays_without_order_meet_few_boxes_beside_something_large(large: float) 
     rng = np.random.default_rng(27)
     detail = [sphere(rng.uniform(-1, 1, 3), 0.02) for _ in range(500)]
     scene = scene_with([sphere((0, 0, -large - 1), large), *detail])
-    spheres = Geometry.of(scene).spheres
+    (spheres,) = SceneIndex.of(Geometry.of(scene)).kinds
     P0, d = rng.uniform(-1, 1, (3, 1000)) * [[1], [1], [3]], rng.normal(size=(3, 1000))
-    rays = Rays(P0, d, np.zeros(1000))
-    assert [packets.size for packets in rays.packets][-1] == 1
-    asked = sum(
-        packets.size * len(primitives)
-        for packets, _, primitives in visit(spheres.tree, rays.packets, np.full(1000, np.inf), 1e-9)
-    )
+    found = visit(spheres.tree, Rays.of(P0, d), np.full(1000, np.inf), 1e-9)
+    asked = sum(len(of) for of, _ in found)
     assert 1000 < asked < 0.05 * 501 * 1000
 
 
@@ -178,24 +151,10 @@ def test_single_rays_from_very_far_are_the_same(size: float) -> None:
     assert (hits[0].object >= 0).sum() > 150
 
 
-def test_a_polygon_is_passed_over_as_a_whole() -> None:
-    """Whatever triangle of its fan is named: a ray has one hit at most on it."""
-    square = {"type": "polygon", "material": "all",
-              "vertices": [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]}  # fmt: skip
-    geometry = Geometry.of(scene_with([square]))
-    P0, d = np.array([[-0.5, 0.5], [0.5, -0.5], [3, 3]]), np.array([[0.0, 0], [0, 0], [-1, -1]])
-    assert set(nearest(geometry, SLIDES, P0, d, 0.0).triangle) == {0, 1}
-    for rules in (SLIDES, BRUTE):
-        for face in (0, 1):
-            passed = np.zeros(2, dtype=np.int32), np.full(2, face, dtype=np.int32)
-            other = nearest(geometry, rules, P0, d, 0.0, other_than=passed)
-            assert (other.object == -1).all()
-
-
 def test_hits_of_no_ray_keep_their_shape() -> None:
     geometry = Geometry.of(scene_with(FAMILIES["mixed"](np.random.default_rng(26))))
     none = nearest(geometry, SLIDES, np.zeros((3, 0)), np.zeros((3, 0)), 0.0)
-    assert isinstance(none, Hits)
+    assert isinstance(none, RayHits)
     assert none.t.shape == none.object.shape == (0,)
 
 
@@ -222,15 +181,13 @@ def _blocks(rng: np.random.Generator, objects: Objects, kind: str) -> Rays:
     else:
         start, aim = start + near[0], aim + (near[0] if kind == "parallel" else near[1])
     P0, d = (x.reshape(-1, 3).T for x in (start, aim - start))
-    return Rays(
-        np.broadcast_to(P0[:, :1], P0.shape) if kind == "one point" else P0, d, np.zeros(b * 64)
-    )
+    return Rays.of(P0[:, :1] if kind == "one point" else P0, d)
 
 
 @pytest.mark.parametrize("far", [0.0, 1e5])
 @pytest.mark.parametrize("kind", ["one point", "own points", "parallel"])
 @pytest.mark.parametrize("family", FAMILIES)
-def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
+def test_few_objects_are_the_same_for_blocks_of_rays_that_graze_their_outlines(
     family: str, kind: str, far: float
 ) -> None:
     rng = np.random.default_rng(28)
@@ -238,15 +195,6 @@ def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
     few = [objects[k] for k in rng.permutation(len(objects))[:12]]
     few = _moved(few, far * np.array([1.0, -0.7, 0.3]))
     geometry, rays = Geometry.of(scene_with(few)), _blocks(rng, few, kind)
-    spheres, t_max = geometry.spheres, np.full(rays.t0.shape, 1e9)
-    for test, m in (
-        (SphereBoundingTest(spheres.center, spheres.radius, t_max), len(spheres.radius)),
-        (
-            PlaneBoundingTest(lambda: geometry.triangles.patches, 1e-9, t_max),
-            len(geometry.triangles.object),
-        ),
-    ):
-        assert m < 4 or test.blocks(rays.blocks, np.arange(m)).mean() < 0.9
     for t1 in (np.inf, 1.0):
         culled, asked = (
             nearest(geometry, rules, rays.P0, rays.d, 0.0, t1) for rules in (SLIDES, BRUTE)
@@ -258,34 +206,18 @@ def test_few_objects_are_offered_to_blocks_of_rays_that_graze_their_outlines(
 
 @pytest.mark.parametrize("n", [1, 64, 65, 130])
 def test_no_ray_is_offered_one_of_few_primitives_twice(n: int) -> None:
-    """Where the last block of rays is not whole, either."""
     rng = np.random.default_rng(30)
     around = [sphere((0, 0, 0), radius) for radius in np.linspace(3, 5, 20)]
     beside = [sphere((9, k, 0), 0.3) for k in range(3)]
     geometry = Geometry.of(scene_with([*around, *beside]))
     for own in (0.0, 0.01, 0.5):
         P0 = rng.normal(size=(3, n)) * own
-        P0 = P0 if own else np.broadcast_to(P0[:, :1], P0.shape)
         d = np.array([[0.0], [0.0], [1.0]]) + 0.01 * rng.normal(size=(3, n))
-        candidates = CandidatePairs(geometry, Rays(P0, d, np.zeros(n)), np.full(n, np.inf))
-        pairs = np.concatenate([np.stack(pair) for pair in candidates.spheres()], axis=1)
+        rays = Rays.of(P0 if own else P0[:, :1], d)
+        batches = culled_pairs(SceneIndex.of(geometry), rays, np.full(n, np.inf))
+        pairs = np.concatenate([np.stack((of, which)) for _, of, which in batches], axis=1)
         assert len(around) * n <= pairs.shape[1] == np.unique(pairs, axis=1).shape[1]
         assert pairs[0].max() < n
-
-
-def test_blocks_that_a_ball_fills_are_known() -> None:
-    """Their rays meet it but for few, and they are most of those that a large ball meets."""
-    rng = np.random.default_rng(32)
-    geometry = Geometry.of(scene_with([sphere((0, 0, -10), 3.0)]))
-    aim = np.repeat(rng.uniform(-4, 4, (3, 400)), 64, axis=1) + 0.1 * rng.normal(size=(3, 25_600))
-    aim[2] = -10.0
-    rays = Rays(np.zeros_like(aim), aim, np.zeros(25_600))
-    spheres, every = geometry.spheres, np.arange(400)
-    test = SphereBoundingTest(spheres.center, spheres.radius, np.full(25_600, np.inf))
-    filled = test.filled(rays.blocks, every, np.zeros_like(every))
-    met = (nearest(geometry, SLIDES, rays.P0, rays.d, 0.0).object >= 0).reshape(400, 64)
-    assert met[filled].mean() > 0.95
-    assert met[filled].sum() > 0.6 * met.sum()
 
 
 def test_a_triangle_whose_normal_has_no_square_is_seen() -> None:

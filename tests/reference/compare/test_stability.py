@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 import minirt
+from minirt.culling import squares
 from minirt.frame import Frame
-from minirt.render import blank_frame, fill, tiles
+from minirt.points import Branch, Points
+from minirt.rays import Rays
+from minirt.render import blank_frame, fill, trace_pixels
 from minirt.rules import SLIDES
 from minirt.scene import Facets, Scene
-from minirt.vectors import Floats, dot, norm
-from minirt.whitted import Points, Whitted
+from minirt.vectors import Floats, Index, dot, norm
+from minirt.whitted import Whitted
 from reference.compare.comparison import compare
 from reference.compare.displaced import perpendicular, sideways
 from reference.compare.stability import measure
@@ -80,19 +83,25 @@ class Sloppy(Whitted):
         moved: Floats = size * (np.cos(angle) * first + np.sin(angle) * second)
         return moved
 
-    def primary_origin(self, d: Floats) -> Floats:
-        return super().primary_origin(d) + self._jitter(d)
+    def rays_of(self, pixels: Index) -> Rays:
+        rays = super().rays_of(pixels)
+        return replace(rays, P0=rays.origins + self._jitter(rays.d))
 
-    def secondary_start(self, points: Points, direction: Floats) -> tuple[Floats, float]:
+    def secondary_rays(self, points: Points, direction: Floats) -> Rays:
         offset = 1500 * U32 * (1 + np.abs(points.M).max(axis=0))
         side = np.copysign(offset, dot(points.normal, direction))
-        return points.M + side * points.normal + self._jitter(direction), 0.0
+        jitter = self._jitter(np.broadcast_to(direction, points.M.shape))
+        return Rays.of(points.M + side * points.normal + jitter, direction)
+
+    def leave(self, points: Points, direction: Floats) -> Branch:
+        branch = super().leave(points, direction)
+        return replace(branch, length=branch.length + dot(branch.origin - points.M, direction))
 
 
 def rendered_by(whitted: Whitted) -> Frame:
     frame = blank_frame(whitted.scene)
-    for pixels, tile in tiles(whitted, frame):
-        fill(frame, pixels, tile)
+    for pixels in squares(whitted.scene.screen.nx, whitted.scene.screen.ny):
+        fill(frame, pixels, trace_pixels(whitted, pixels, frozenset(frame)))
     return Frame(frame)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from minirt.rays import Rays
 from minirt.scene import Scene
 from minirt.vectors import Floats, column, unit
 from minirt.whitted import Whitted
@@ -123,8 +124,8 @@ def test_what_is_carried_on_is_as_far_aside() -> None:
     whitted = Whitted(scene_of([ball]))
     rng = np.random.default_rng(2)
     d: Floats = rng.normal(scale=0.2, size=(3, 500)) + column([0, 0, -1])
-    P0 = np.broadcast_to(column([0, 0, 5.0]), d.shape)
-    points = whitted.points(P0, d, whitted.first_hits(P0, d))
+    rays = Rays.of(column([0, 0, 5.0]), d)
+    points = whitted.points(rays, whitted.first_hits(rays))
     assert len(points.rays) > 100
     for k in range(3):
         e = sideways(points.delta, k)

@@ -11,8 +11,8 @@ import pytest
 
 import minirt
 from minirt.geometry import Geometry
+from minirt.hits import RayHits
 from minirt.scene import Scene
-from minirt.trace import Hits
 from reference.compare.surfaces import Surfaces
 from reference.jobs.isolate import Workers
 from reference.renderers.mitsuba.source import MitsubaReference
@@ -78,7 +78,7 @@ def test_the_shape_of_what_is_hit() -> None:
     number = np.array([0, 1, 2, 2, -1], dtype=np.int32)
     face = np.array([0, 0, 0, 1, -1], dtype=np.int32)
     nan = np.full(5, np.nan)
-    hits = Hits(nan, number, face, nan, nan)
+    hits = RayHits(nan, number, face, nan, nan)
     surfaces = Surfaces.of(geometry, 10.0)
     long = np.sqrt(25.25)
     assert surfaces.levers.at(hits) == pytest.approx([2, 2.5 / long, 2.4, 2.4, np.inf])

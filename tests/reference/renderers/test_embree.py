@@ -15,9 +15,9 @@ import pytest
 import minirt
 from converters.placement import centered_placement
 from minirt.quantities import QUANTITIES
-from minirt.render import primary_directions
 from minirt.rules import SLIDES
 from minirt.scene import Scene
+from minirt.whitted import primary_directions
 from reference.compare.check import Check
 from reference.registry import choose_references
 from reference.renderers.embree import source as embree
