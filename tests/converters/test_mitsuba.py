@@ -92,6 +92,7 @@ def parameters(source: dict[str, Any] | str) -> dict[str, Any]:
     return values | {"shapes": [shape.id() for shape in loaded.shapes()]}
 
 
+@pytest.mark.full
 def test_the_xml_says_what_the_dict_says(workers: Workers, tmp_path: Path) -> None:
     whole, folder = many(), tmp_path / "export"
     export_mitsuba(whole, folder)

@@ -45,6 +45,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.full
 def test_the_commands_run_in_their_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -192,6 +192,7 @@ def honest() -> Hunt:
     return hunt(5, [Honest(), Missing()], 60, jobs=1)
 
 
+@pytest.mark.full
 def test_an_honest_subject_raises_no_alarm() -> None:
     assert honest().failures == ()
     assert honest().unjudged == ()

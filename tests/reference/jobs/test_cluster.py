@@ -99,6 +99,7 @@ def parent_of(pid: int) -> int:
     return int(text.rpartition(")")[2].split()[1])
 
 
+@pytest.mark.full
 def test_the_same_bits_though_a_worker_is_killed_midway(dask: Dask, tmp_path: Path) -> None:
     meshes, marks = tmp_path / "meshes", tmp_path / "marks"
     meshes.mkdir()
@@ -141,6 +142,7 @@ def test_the_same_bits_though_a_worker_is_killed_midway(dask: Dask, tmp_path: Pa
     assert [same_bits(each) for each in seen_there] == [same_bits(each) for each in seen_here]
 
 
+@pytest.mark.full
 def test_what_kills_three_workers_has_crashed_and_the_rest_goes_on(
     dask: Dask, tmp_path: Path
 ) -> None:
@@ -157,6 +159,7 @@ def test_what_kills_three_workers_has_crashed_and_the_rest_goes_on(
     assert len(list(tmp_path.iterdir())) == 3
 
 
+@pytest.mark.full
 def test_jobs_that_wait_are_cancelled(dask: Dask, tmp_path: Path) -> None:
     with DaskCluster(dask.address) as cluster:
         until(lambda: cluster._capacity() >= 1)
@@ -195,6 +198,7 @@ def test_a_worker_that_cannot_take_jobs_is_said(
         list(cluster.outcomes([(square, (1,))]))
 
 
+@pytest.mark.full
 def test_no_worker_and_no_scheduler_end_a_run_in_words(tmp_path: Path) -> None:
     with running(tmp_path) as alone, DaskCluster(alone.address, patience=0.5) as cluster:
         with pytest.raises(ReferenceError, match=r"no worker is there .* within 0\.5 s"):
@@ -294,6 +298,7 @@ def test_verify_takes_a_cluster(place: list[str], capsys: pytest.CaptureFixture[
     assert (scene["name"], scene["state"]) == ("ball", "passed")
 
 
+@pytest.mark.full
 def test_fuzz_takes_a_cluster(
     place: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -311,6 +316,7 @@ def test_fuzz_takes_a_cluster(
     assert files == {path.name: path.read_bytes() for path in here}
 
 
+@pytest.mark.full
 def test_mutants_take_a_cluster(place: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     words = ["mutants", "--only", "far-root", "--json"]
     assert run([*words, *place]) == 0
@@ -320,6 +326,7 @@ def test_mutants_take_a_cluster(place: list[str], capsys: pytest.CaptureFixture[
     assert there["killed"] == 1
 
 
+@pytest.mark.full
 def test_grade_takes_a_cluster(
     place: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -348,6 +355,7 @@ def test_grade_takes_a_cluster(
     assert there == printed(capsys)
 
 
+@pytest.mark.full
 def test_nightly_takes_a_cluster(place: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     words = ["nightly", "ball.json", "--reference", "honest", "--mutants", "far-root", "--json"]
     assert run([*words, "--budget", "1s", *place]) == 0

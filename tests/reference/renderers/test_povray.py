@@ -137,6 +137,7 @@ def test_every_quantity_agrees(name: str, tmp_path: Path) -> None:
         assert len({float(x) for x in minirt.render(loaded)["color"].reshape(-1)}) > 10
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("size", [1e-7, 1e6])
 def test_any_size_agrees(size: float, tmp_path: Path) -> None:
     screen = SCREEN | {"P0": [0, 0, 5 * size]}

@@ -476,6 +476,7 @@ def test_the_doctor_sees_what_is_missing_crashes_or_hangs(
     assert "pip install <nothing>" in text.out
 
 
+@pytest.mark.full
 def test_the_doctor_names_the_command_that_brings_a_library(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -91,6 +91,7 @@ def test_a_gate_has_a_series_of_its_own(rendered: list[Before | None]) -> None:
     assert document["judged"] == "tracer:render"
 
 
+@pytest.mark.full
 def test_another_place_or_none(
     rendered: list[Before | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:

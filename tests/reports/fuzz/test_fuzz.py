@@ -147,6 +147,7 @@ def test_a_missing_reference_is_status_3_and_an_unknown_one_2(
 FUZZ = ["fuzz", "--seed", "7", "--scenes", "1"]
 
 
+@pytest.mark.full
 def test_somebody_elses_function_is_hunted_and_its_test_is_ready(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

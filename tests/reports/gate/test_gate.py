@@ -279,6 +279,7 @@ def test_a_pipe_in_the_place_of_a_frame_is_said_to_be_one(gate: Gate, tmp_path: 
     assert "room" not in reason
 
 
+@pytest.mark.full
 def test_a_known_failure_that_grows_is_not_excused(gate: Gate, tmp_path: Path) -> None:
     known = tmp_path / "known.json"
     subject = "--python", "gate_subjects:no_half_pixel", "--baseline", str(known)

@@ -52,6 +52,7 @@ def smaller(name: str, folder: Path) -> str:
     return str(path)
 
 
+@pytest.mark.full
 def test_mitsubas_own_command_passes_and_says_what_it_cannot(gate: Gate) -> None:
     scenes = [f"atlas:{name}" for name in ("off-axis-screen", "ball-on-quad-far-away")]
     command = f"{find_command()} -m scalar_rgb {{scene}} -o {{out}}"
@@ -63,6 +64,7 @@ def test_mitsubas_own_command_passes_and_says_what_it_cannot(gate: Gate) -> None
     assert document["scenes"][2]["state"] == "not compared"
 
 
+@pytest.mark.full
 def test_povrays_own_colours_pass_and_its_wrong_ones_do_not(gate: Gate, tmp_path: Path) -> None:
     command = "povray +I{scene} +O{out} +W{nx} +H{ny} +FE -A -D -P File_Gamma=1.0"
     options = "--scene-as", "povray", "--handed", "half", "--start", "1e-4"
@@ -76,6 +78,7 @@ def test_povrays_own_colours_pass_and_its_wrong_ones_do_not(gate: Gate, tmp_path
     assert document["scenes"][0]["first_wrong_stage"] == "colour"
 
 
+@pytest.mark.full
 def test_the_starter_kit_is_whole_and_its_stub_passes(gate: Gate, tmp_path: Path) -> None:
     kit = tmp_path / "kit"
     status, document = gate("--init", str(kit))

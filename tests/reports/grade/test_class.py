@@ -226,6 +226,7 @@ def browser() -> Iterator[Browser]:
         yield found
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["students/katya", "students/olga", "students/ana", "staff"])
 def test_pages_are_for_everybody_in_light_and_dark_wide_and_narrow(
     name: str, graded: Graded, browser: Browser

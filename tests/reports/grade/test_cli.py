@@ -83,6 +83,7 @@ def wait(grading: subprocess.Popen[bytes], until: Callable[[], bool]) -> None:
         time.sleep(0.005)
 
 
+@pytest.mark.full
 def test_a_run_that_is_killed_while_it_unpacks_leaves_nothing_half(place: Path) -> None:
     shutil.rmtree(place / "in" / "ben")
     members = 400
@@ -101,6 +102,7 @@ def test_a_run_that_is_killed_while_it_unpacks_leaves_nothing_half(place: Path) 
     assert [row.split(",")[:2] for row in grades[1:]] == [["ana", "3"], ["zoe", "3"]]
 
 
+@pytest.mark.full
 def test_a_killed_run_goes_on_where_it_was(place: Path) -> None:
     """The second student's program never ends; the run is killed while it is at it."""
     zoe = place / "in" / "zoe"

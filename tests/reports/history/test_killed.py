@@ -101,6 +101,7 @@ def test_fifty_kills_of_a_sqlite_history_cost_no_earlier_run(tmp_path: Path) -> 
     assert kept(str(tmp_path / "history.sqlite")) == newest
 
 
+@pytest.mark.full
 def test_kills_of_a_team_s_history_cost_no_earlier_run(tmp_path: Path) -> None:
     newest = 0
     with running() as server, writers(tmp_path, 5) as process:
@@ -143,6 +144,7 @@ def test_a_torn_report_would_be_noticed(tmp_path: Path) -> None:
         readable(tmp_path)
 
 
+@pytest.mark.full
 def test_kills_of_a_real_run_leave_what_was_there(tmp_path: Path) -> None:
     scene = tmp_path / "ball.json"
     scene.write_text(small_scene().canonical_json, encoding="utf-8")

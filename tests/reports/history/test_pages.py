@@ -65,6 +65,7 @@ def pages(folder: Path) -> dict[str, str]:
     }
 
 
+@pytest.mark.full
 def test_pages_are_for_everybody_in_light_and_dark_wide_and_narrow(
     browser: Browser, tmp_path: Path
 ) -> None:

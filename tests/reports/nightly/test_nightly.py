@@ -142,6 +142,7 @@ def test_a_night_leaves_everything_in_its_place(
     assert "PASS: mutants, verify, history, fuzz all passed" in (out / "summary.md").read_text()
 
 
+@pytest.mark.full
 def test_a_fault_in_the_second_night_is_a_change_with_its_two_commits(
     tried: list[str], night: Night, tmp_path: Path
 ) -> None:
@@ -201,6 +202,7 @@ def test_a_note_that_cannot_be_read_is_named(
     assert f"that can be read: {named}." in text
 
 
+@pytest.mark.full
 def test_a_scene_that_goes_is_named(tried: list[str], night: Night, tmp_path: Path) -> None:
     other = tmp_path / "other.json"
     other.write_text(small_scene("other").canonical_json, encoding="utf-8")
@@ -463,6 +465,7 @@ def test_bad_input_is_told_before_anything_is_done(
     assert tried == []
 
 
+@pytest.mark.full
 def test_hostile_names_are_shown_as_text(tried: list[str], night: Night, tmp_path: Path) -> None:
     scene = tmp_path / "hostile.json"
     scene.write_text(small_scene(HOSTILE).canonical_json, encoding="utf-8")
@@ -476,6 +479,7 @@ def test_hostile_names_are_shown_as_text(tried: list[str], night: Night, tmp_pat
     assert any("${7*7} {{7*7}}" in element.text for element in page.all("th"))
 
 
+@pytest.mark.full
 def test_a_night_that_was_killed_goes_on(
     tried: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

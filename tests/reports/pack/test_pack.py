@@ -75,6 +75,7 @@ def test_a_pack_holds_each_scene_and_says_who_confirms_it(made: Path) -> None:
 DISABLED = {"NPY_DISABLE_CPU_FEATURES": "AVX2 FMA3 AVX512F", "OPENBLAS_CORETYPE": "Nehalem"}
 
 
+@pytest.mark.full
 def test_the_same_pack_has_the_same_bytes_with_and_without_simd(tmp_path: Path) -> None:
     scene = tmp_path / "ball.json"
     scene.write_text(json.dumps(plain_document(small())), encoding="utf-8")
@@ -161,6 +162,7 @@ def test_what_a_reference_contradicts_is_not_packed(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.full
 def test_other_frames_are_not_packed_over_but_approved(pack: Path) -> None:
     before = files_in(pack)
     with pytest.raises(InputError, match="other frames; got ball"):
@@ -205,6 +207,7 @@ def test_a_folder_of_something_else_stays(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.txt"]
 
 
+@pytest.mark.full
 def test_a_kill_leaves_the_old_pack_whole(pack: Path) -> None:
     before = files_in(pack)
     words = ["pack", "approve", str(pack), "--who", "A", "--why", "b", "--only", "all"]

@@ -146,6 +146,7 @@ def test_filter_chips_and_order_choose_what_is_shown(opened: Tab) -> None:
     assert names()[-1] == "second"
 
 
+@pytest.mark.full
 def test_the_address_holds_the_whole_view_and_survives_a_reload(
     opened: Tab, browser: Browser, report: Path
 ) -> None:
@@ -194,6 +195,7 @@ def test_the_address_holds_the_whole_view_and_survives_a_reload(
         assert seen(elsewhere) == before
 
 
+@pytest.mark.full
 def test_swap_slider_blink_and_side_by_side_draw_the_values(
     opened: Tab, frames: dict[str, dict[str, Array]]
 ) -> None:
@@ -222,6 +224,7 @@ def test_swap_slider_blink_and_side_by_side_draw_the_values(
     assert seen == {"ours", "theirs"}
 
 
+@pytest.mark.full
 def test_lengths_are_drawn_on_the_scale_of_both(
     opened: Tab, frames: dict[str, dict[str, Array]]
 ) -> None:
@@ -252,6 +255,7 @@ def test_the_difference_is_error_over_tolerance_in_bands_and_signed(
     assert (np.abs(others - 238) < 30).all()
 
 
+@pytest.mark.full
 def test_uncertain_pixels_are_hatched_and_wrong_ones_outlined(
     opened: Tab, ratios: dict[str, Array]
 ) -> None:
@@ -272,6 +276,7 @@ def test_uncertain_pixels_are_hatched_and_wrong_ones_outlined(
     assert np.array_equal((plain != hatched).any(axis=2), uncertain)
 
 
+@pytest.mark.full
 def test_pixels_are_square_and_sharp_at_every_zoom(opened: Tab) -> None:
     opened.change(r="faulty", q="shadow", o="", m="swap")
     palette = {tuple(color) for color in MASKS["shadow"].tolist()}
@@ -341,6 +346,7 @@ def test_explained_pixels_show_the_algorithms_own_steps_and_everybody(opened: Ta
     assert "shadow ray" in page.inner_text("#space-table")
 
 
+@pytest.mark.full
 def test_without_a_choice_the_worst_pixel_is_looked_at(opened: Tab) -> None:
     opened.page.wait_for_selector(".steps")
     assert "p" not in opened.state()
@@ -351,6 +357,7 @@ def test_without_a_choice_the_worst_pixel_is_looked_at(opened: Tab) -> None:
     assert opened.state()["o"] == "uwop", "the mark around the pixel stays"
 
 
+@pytest.mark.full
 def test_errors_are_listed_by_size_with_their_share(opened: Tab, ratios: dict[str, Array]) -> None:
     opened.change(r="faulty", q="color")
     rows = opened.page.locator("#histogram tbody tr").all_inner_texts()
@@ -366,6 +373,7 @@ def test_errors_are_listed_by_size_with_their_share(opened: Tab, ratios: dict[st
     assert float(cells[8][1]) > 0.01
 
 
+@pytest.mark.full
 def test_the_view_in_space_turns_and_zooms_by_key(opened: Tab) -> None:
     opened.change(r="faulty", q="shadow")
     opened.page.click("#clusters button >> nth=0")
@@ -382,6 +390,7 @@ def test_the_view_in_space_turns_and_zooms_by_key(opened: Tab) -> None:
     assert last in pictures
 
 
+@pytest.mark.full
 def test_a_passing_scene_says_that_its_values_are_not_kept(opened: Tab) -> None:
     page = opened.page
     scene = page.eval_on_selector_all(
@@ -414,6 +423,7 @@ def test_names_and_messages_are_text_whatever_they_hold(opened: Tab) -> None:
     assert width <= page.evaluate("innerWidth")
 
 
+@pytest.mark.full
 def test_everything_is_reached_and_done_by_keyboard_alone(opened: Tab) -> None:
     page = opened.page
     wanted = {"filter", "sort", "open-all", "stage-scene", "stage-reference", "stage-quantity",
@@ -453,6 +463,7 @@ def test_everything_is_reached_and_done_by_keyboard_alone(opened: Tab) -> None:
     page.wait_for_function(f"document.querySelector('#stage-scene').value === '{scene}'")
 
 
+@pytest.mark.full
 def test_typing_into_the_filter_is_no_command(opened: Tab) -> None:
     opened.page.click("#filter")
     opened.page.keyboard.type("s12")
@@ -474,6 +485,7 @@ def test_no_run_breaks_the_script(
         assert shown.errors == []
 
 
+@pytest.mark.full
 def test_commands_and_tests_can_be_copied(opened: Tab) -> None:
     opened.change(r="faulty", q="shadow", p="20,20")
     button = opened.page.get_by_role("button", name="copy as a test")
@@ -484,6 +496,7 @@ def test_commands_and_tests_can_be_copied(opened: Tab) -> None:
     assert "def test_ball_faulty_at_20_20()" in opened.page.input_value("#filter")
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(browser: Browser, report: Path, scheme: str) -> None:
     with tab(browser, report, "#p=20,20", color_scheme=scheme) as shown:
@@ -495,6 +508,7 @@ def test_axe_finds_nothing_serious(browser: Browser, report: Path, scheme: str) 
         assert [(v["id"], v["nodes"][0]["html"][:200]) for v in bad] == []
 
 
+@pytest.mark.full
 def test_axe_sees_a_planted_fault(browser: Browser, report: Path) -> None:
     with tab(browser, report) as shown:
         shown.page.evaluate(
@@ -507,6 +521,7 @@ def test_axe_sees_a_planted_fault(browser: Browser, report: Path) -> None:
         assert "select-name" in {v["id"] for v in found["violations"]}
 
 
+@pytest.mark.full
 def test_reduced_motion_is_respected(browser: Browser, report: Path) -> None:
     with tab(browser, report, "#m=blink&q=shadow", reduced_motion="reduce") as shown:
         shown.settle()
@@ -518,6 +533,7 @@ def test_reduced_motion_is_respected(browser: Browser, report: Path) -> None:
         assert not np.array_equal(shown.picture()[0], first)
 
 
+@pytest.mark.full
 def test_a_page_of_the_largest_size_is_soon_of_use(
     browser: Browser, report: Path, tmp_path: Path
 ) -> None:
@@ -538,6 +554,7 @@ def test_a_page_of_the_largest_size_is_soon_of_use(
         assert 0.05 < busy < 2, "seconds of the processor, however many others use it"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("width", [390, 1300])
 def test_nothing_is_wider_than_the_window(browser: Browser, report: Path, width: int) -> None:
     size = {"width": width, "height": 800}
