@@ -22,7 +22,7 @@ from reference.source import Declared
 from tests.helpers.places import ROOT
 
 SUBJECTS = ROOT / "tests" / "subjects"
-KIT = ROOT / "reports" / "kit"
+KIT = ROOT / "reports" / "gate" / "kit"
 
 
 def subject_scene(scene: Scene, folder: Path) -> Path:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import pytest
 from _pytest.mark.expression import Expression
@@ -14,6 +15,16 @@ from tests.helpers.places import ROOT
 COLLECTED = pytest.StashKey[tuple[pytest.Item, ...]]()
 #: The Makefile's targets that run tests.
 TIERS = ("test-fast", "test-rest")
+
+
+def tiered(cases: Iterable[Any], fast: Callable[[Any], bool]) -> list[Any]:
+    """Cases for ``parametrize``: those that `fast` chooses, and the others marked ``full``."""
+    return [
+        case
+        if fast(case)
+        else pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.full)
+        for case in cases
+    ]
 
 
 def makefile_choices() -> dict[str, str]:

@@ -25,6 +25,7 @@ from minirt.shading import Surfaces
 from minirt.shapes.polygon import PolygonHits
 from minirt.shapes.triangle import TriangleCase, TriangleHits
 from minirt.vectors import Bools, Floats, dot, norm, unit
+from tests.helpers.tiers import tiered
 
 NAMES = atlas_names()
 #: Pictures are compared at a smaller size; 2 pixels there are some 80 of the whole image.
@@ -191,11 +192,13 @@ MISTAKES: dict[str, tuple[dict[str, Callable[..., Any]], tuple[str, ...]]] = {
     "E2": ({"refract": never_total}, ("tir", "color")),
     "E8": ({"sphere": textbook_in_single}, ("t",)),
 }
+#: Scenes that take ten times as long as others.
+LARGE = ("closed-mesh", "everything", "thousand-spheres")
 #: S17 is the lecture's exercises: they have tests of their own below.
 LISTED = [(name, rule) for name in NAMES for rule in document(name)["rules"] if rule != "S17"]
 
 
-@pytest.mark.parametrize(("name", "rule"), LISTED)
+@pytest.mark.parametrize(("name", "rule"), tiered(LISTED, lambda case: case[0] not in LARGE))
 def test_a_mistake_in_a_listed_rule_changes_the_picture(name: str, rule: str) -> None:
     scene, (mistake, shown_by) = small(name), MISTAKES[rule]
     with np.errstate(all="ignore"):

@@ -19,15 +19,21 @@ USED = [
     for name, reference in REFERENCES.items()
     if name != "mitsuba-scalar" and (name in REQUIRED or not reference.missing())
 ]
-#: Scenes of one run: starting the references takes as long as a scene or two.
-RUN = 25
 #: Scenes among which every reference gives two quantities a scene that are compared.
 FEW = 5
 
 
-@pytest.mark.parametrize("first", range(0, 50, RUN))
-def test_references_agree_on_random_scenes(first: int) -> None:
-    scenes = [random_scene(seed) for seed in range(first, first + RUN)]
+@pytest.mark.parametrize(
+    ("first", "scenes_of_a_run"),
+    [
+        (0, FEW),
+        pytest.param(FEW, 20, marks=pytest.mark.full),
+        pytest.param(25, 25, marks=pytest.mark.full),
+    ],
+)
+def test_references_agree_on_random_scenes(first: int, scenes_of_a_run: int) -> None:
+    """Many scenes a run: starting the references takes as long as a scene or two."""
+    scenes = [random_scene(seed) for seed in range(first, first + scenes_of_a_run)]
     alarms = []
     compared = Counter[tuple[str, int]]()
     for k, result in enumerate(verify(scenes, USED, Options(jobs=1))):
@@ -38,5 +44,5 @@ def test_references_agree_on_random_scenes(first: int) -> None:
                     where = f"{result.scene.name}, {answer.reference}, {check.quantity}"
                     alarms.append(f"{where}: {check.reason}")
     assert alarms == []
-    assert len(compared) == len(USED) * RUN // FEW
+    assert len(compared) == len(USED) * scenes_of_a_run // FEW
     assert min(compared.values()) >= 2 * FEW, compared

@@ -34,13 +34,14 @@ from reference.jobs.sandbox import sandboxed
 from reference.source import Declared
 from tests.helpers.places import ROOT
 from tests.helpers.program_runs import JOB, Place, place_of, users
+from tests.helpers.tiers import tiered
 
 MIB = 2**20
 SIZE = (6, 4)
 IMPORTS = "import ctypes, os, signal, socket, subprocess, sys, threading, time\n"
 
 
-@pytest.fixture(params=users())
+@pytest.fixture(params=tiered(users(), lambda user: user == "me"))
 def place(request: pytest.FixtureRequest) -> Iterator[Place]:
     with place_of(request.param) as made:
         yield made

@@ -23,6 +23,7 @@ from reference.renderers.mitsuba.source import MitsubaReference, unsupported_col
 from reference.source import Reference, Rendering, Unsupported
 from reference.verify.rendering import render_to_file
 from reference.verify.scene import compare_scene
+from tests.helpers.tiers import tiered
 
 LLVM, SCALAR, COMMAND = MitsubaReference(), MitsubaReference("mitsuba-scalar"), MitsubaCommand()
 ROUTES = [LLVM, SCALAR, COMMAND]
@@ -139,7 +140,7 @@ def test_every_route_is_here_and_travels(route: Reference) -> None:
     assert pickle.loads(pickle.dumps(route)) == route  # noqa: S301 - our own bytes
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", tiered(NAMES, lambda name: name in [*NAMES][::3]))
 @pytest.mark.parametrize("route", ROUTES, ids=lambda route: route.name)
 def test_it_agrees_with_minirt(
     route: Reference, name: str, workers: Workers, tmp_path: Path
@@ -170,7 +171,7 @@ def test_a_ball_twenty_times_the_error_aside_is_seen(
 
 
 @pytest.mark.parametrize("route", [LLVM, SCALAR], ids=lambda route: route.name)
-@pytest.mark.parametrize("max_depth", [0, 1, 2, 5])
+@pytest.mark.parametrize("max_depth", tiered([0, 1, 2, 5], lambda depth: depth == 2))
 def test_colours_of_a_chain_of_mirrors(
     route: Reference, max_depth: int, workers: Workers, tmp_path: Path
 ) -> None:

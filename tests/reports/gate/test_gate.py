@@ -19,6 +19,7 @@ from reports.cli.main import run
 from reports.gate.subject import Subject, claim_of
 from tests.helpers.fake_references import small_scene
 from tests.helpers.places import HELPERS
+from tests.helpers.tiers import tiered
 
 PROGRAM = f"{sys.executable} {HELPERS / 'gate_subjects.py'} {{scene}} {{out}}"
 
@@ -63,7 +64,7 @@ def test_an_honest_function_passes_in_every_quantity(gate: Gate) -> None:
     assert len(states(document)) == 20
 
 
-@pytest.mark.parametrize("out_as", ["npz", "exr", "folder"])
+@pytest.mark.parametrize("out_as", tiered(["npz", "exr", "folder"], lambda out_as: out_as == "npz"))
 def test_an_honest_program_passes_through_every_format(gate: Gate, out_as: str) -> None:
     status, document = gate("--cmd", PROGRAM, "--out-as", out_as)
     assert status == 0, document["verdict"]

@@ -21,6 +21,7 @@ from minirt.scene import Scene
 from reference.compare.comparison import Comparison
 from tests.helpers.places import ROOT
 from tests.helpers.subject_runs import KIT, SUBJECTS, frame_of, judge, subject_scene
+from tests.helpers.tiers import tiered
 
 #: A sphere, a mesh in a transform, glass with total reflection, mirrors, polygons, an empty view.
 SCENES = (
@@ -29,6 +30,8 @@ SCENES = (
 )  # fmt: skip
 
 Command = list[str | Path]
+
+TRACERS = ("tracer.cpp", "tracer.mjs", "tracer.py")
 
 
 @cache
@@ -56,6 +59,11 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Path], Path]
     return compile_
 
 
+def interpreted(program: str) -> bool:
+    """Whether a program needs no compiler, which takes longer than all the scenes."""
+    return not program.endswith(".cpp")
+
+
 def command_for(source: Path, compiled: Callable[[Path], Path]) -> Command:
     if source.suffix == ".cpp":
         return [compiled(source)]
@@ -81,7 +89,7 @@ def assert_passed(comparison: Comparison, given: set[str]) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("program", ["tracer.cpp", "tracer.mjs", "tracer.py"])
+@pytest.mark.parametrize("program", tiered(TRACERS, interpreted))
 def test_tracer_passes_in_every_quantity(
     program: str, name: str, compiled: Callable[[Path], Path], tmp_path: Path
 ) -> None:
@@ -98,19 +106,21 @@ def test_tracer_in_python_is_a_function_too(tmp_path: Path) -> None:
     assert_passed(judge(scene, Frame(arrays)), set(QUANTITIES))
 
 
-def test_tracer_of_nothing_at_all(compiled: Callable[[Path], Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize("program", tiered(TRACERS, interpreted))
+def test_tracer_of_nothing_at_all(
+    program: str, compiled: Callable[[Path], Path], tmp_path: Path
+) -> None:
     document = minirt.load_scene("atlas:one-sphere").to_dict()
     scene = minirt.load_scene({**document, "objects": []})
-    for program in ("tracer.cpp", "tracer.mjs", "tracer.py"):
-        out = tmp_path / program / ("out" if program == "tracer.cpp" else "out.npz")
-        frame = frame_of(command_for(SUBJECTS / program, compiled), scene, out)
-        assert not frame["hit"].any()
-        assert len(frame) == len(QUANTITIES)
-        assert np.isinf(frame["depth"]).all()
+    out = tmp_path / program / ("out" if program == "tracer.cpp" else "out.npz")
+    frame = frame_of(command_for(SUBJECTS / program, compiled), scene, out)
+    assert not frame["hit"].any()
+    assert len(frame) == len(QUANTITIES)
+    assert np.isinf(frame["depth"]).all()
 
 
 @pytest.mark.parametrize("type_", ["ascii", "binary_big_endian", "binary_little_endian"])
-@pytest.mark.parametrize("program", ["tracer.cpp", "tracer.mjs", "tracer.py"])
+@pytest.mark.parametrize("program", tiered(TRACERS, interpreted))
 def test_tracer_reads_every_kind_of_ply(
     program: str, type_: str, compiled: Callable[[Path], Path], tmp_path: Path
 ) -> None:
@@ -146,7 +156,7 @@ def test_tracer_reads_every_kind_of_ply(
     assert np.array_equal(frame["triangle"], minirt.render(scene)["triangle"])
 
 
-@pytest.mark.parametrize("stub", ["stub.cpp", "stub.mjs", "stub.py"])
+@pytest.mark.parametrize("stub", tiered(["stub.cpp", "stub.mjs", "stub.py"], interpreted))
 def test_stub_of_the_kit_passes_at_once(
     stub: str, compiled: Callable[[Path], Path], tmp_path: Path
 ) -> None:

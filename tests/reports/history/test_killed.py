@@ -23,17 +23,17 @@ from reports.run import REPORTS
 from tests.helpers import history_writers
 from tests.helpers.fake_references import small_scene
 from tests.helpers.history_runs import entry, whole
+from tests.helpers.places import ROOT
 from tests.helpers.postgres_server import running
 
 CELLS = sum(1 for _ in entry().cells())
-ROUNDS, OF_A_BEGINNING = 50, 12
 
 
 @contextlib.contextmanager
 def writers(folder: Path, seed: int) -> Iterator[subprocess.Popen[str]]:
     """A process that starts writers and kills them."""
     with subprocess.Popen(
-        [sys.executable, history_writers.__file__, str(folder), str(seed)],
+        [sys.executable, "-m", history_writers.__name__, str(folder), str(seed)], cwd=ROOT,
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
         yield process
@@ -76,17 +76,23 @@ def readable(folder: Path) -> set[str]:
     return found
 
 
-def test_fifty_kills_of_a_sqlite_history_cost_no_earlier_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("beginnings", "rounds"), [(2, 4), pytest.param(12, 38, marks=pytest.mark.full)]
+)
+def test_kills_of_a_sqlite_history_cost_no_earlier_run(
+    beginnings: int, rounds: int, tmp_path: Path
+) -> None:
+    """Killed in its first moments, or while it writes: six times, or fifty."""
     seed = time.time_ns()  # shown where the test fails
     folder, newest = tmp_path / "report", 0
     folder.mkdir()
     with writers(folder, seed) as process:
-        for k in range(OF_A_BEGINNING):
+        for k in range(beginnings):
             target = str(tmp_path / f"{k}.sqlite")
             added = killed(process, target, "begin")
             assert kept(target) >= max(added, default=0), seed
         target = str(tmp_path / "history.sqlite")
-        for _ in range(ROUNDS - OF_A_BEGINNING):
+        for _ in range(rounds):
             added = killed(process, target)
             now = kept(target, newest + 1)
             assert now >= max([newest, *added]), seed
@@ -94,7 +100,7 @@ def test_fifty_kills_of_a_sqlite_history_cost_no_earlier_run(tmp_path: Path) -> 
             newest = now
             readable(folder)
     assert readable(folder) == set(REPORTS)
-    assert newest >= ROUNDS - OF_A_BEGINNING
+    assert newest >= rounds
     connection = sqlite3.connect(tmp_path / "history.sqlite")
     assert connection.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
     connection.close()

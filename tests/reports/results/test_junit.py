@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -76,8 +77,9 @@ def test_a_missing_reference_that_is_not_required_is_skipped_with_its_reason() -
     assert found[0].result[0].message == "missing: not installed: pip install <nothing>"
 
 
-@pytest.mark.parametrize("run", [empty_run(), troubled_run()], ids=["empty", "troubled"])
-def test_what_keeps_a_run_from_being_complete_is_an_error(run: Run) -> None:
+@pytest.mark.parametrize("make_run", [empty_run, troubled_run])
+def test_what_keeps_a_run_from_being_complete_is_an_error(make_run: Callable[[], Run]) -> None:
+    run = make_run()
     last = cases(run)[-1]
     assert last.name == "complete"
     assert [result.message for result in last.result] == list(run.verdict.troubles)

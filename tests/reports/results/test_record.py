@@ -3,6 +3,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+from collections.abc import Callable
 from typing import Any
 
 import jsonschema
@@ -27,10 +28,9 @@ def strictly(text: str) -> Any:
     return json.loads(text, parse_constant=refuse)
 
 
-@pytest.mark.parametrize(
-    "run", [good_run(), troubled_run(), empty_run()], ids=["good", "troubled", "empty"]
-)
-def test_document_is_strict_json_and_fits_its_schema(run: Run) -> None:
+@pytest.mark.parametrize("make_run", [good_run, troubled_run, empty_run])
+def test_document_is_strict_json_and_fits_its_schema(make_run: Callable[[], Run]) -> None:
+    run = make_run()
     document = strictly(results_json(run))
     jsonschema.validate(document, results_schema(), jsonschema.Draft202012Validator)
     assert document["minirtResults"] == 1
