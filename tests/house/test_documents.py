@@ -65,6 +65,20 @@ def test_every_name_that_a_document_quotes_stands_in_the_code(document: str) -> 
     assert [name for name in names if name not in words_of_the_code()] == []
 
 
+@pytest.mark.parametrize("document", ["CONTRIBUTING.md", "SECURITY.md", "docs/glossary.md"])
+def test_a_name_stands_in_the_file_in_which_a_document_says_it_is(document: str) -> None:
+    pairs = re.findall(r"`(\w+)`\s+in\s+`([\w./-]+\.\w+)`", text_of(document))
+    assert pairs
+    assert [(n, f) for n, f in pairs if not re.search(rf"\b{n}\b", text_of(f))] == []
+
+
+def test_every_target_of_make_that_a_document_names_is_there() -> None:
+    targets = set(re.findall(r"^([a-z-]+):.*## ", text_of("Makefile"), re.MULTILINE))
+    named = {t for d in DOCUMENTS for t in re.findall(r"(?:^|`)make ([a-z-]+)", text_of(d), re.M)}
+    assert {"setup", "test", "verify"} <= named
+    assert named - targets == set()
+
+
 def test_every_term_of_the_glossary_is_a_word_of_the_code() -> None:
     terms = re.findall(r"\*\*(.+?)\*\*", GLOSSARY)
     assert len(terms) >= 12
