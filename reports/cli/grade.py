@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from reports.cli.options import ClusterOption, Json
+from reports.cli.options import CORES, ClusterOption, Json
+from reports.inputs import cluster_at
 from reports.terminal.console import print_json, progress, stderr_console, stdout_console
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from reports.grade.record import ClassRecord
 
 
 def grade(
@@ -48,7 +43,7 @@ def grade(
     ] = False,
     jobs: Annotated[
         int, typer.Option("--jobs", "-j", min=1, help="Submissions at a time; all processors.")
-    ] = len(os.sched_getaffinity(0)),
+    ] = CORES,
     cluster: ClusterOption = None,
     json: Json = False,
 ) -> None:  # fmt: skip
@@ -57,55 +52,12 @@ def grade(
     Each submission is judged as the gate judges, in a sandbox, whatever the others do. A run that
     was ended goes on where it was. Exit status 0: graded, whatever the marks.
     """
-    from minirt.errors import InputError
-    from reports.grade.assignment import read_assignment
-    from reports.grade.files import write_class
-    from reports.grade.judge import Desk
-    from reports.grade.kit import write_kit
-    from reports.grade.run import grade_class
-    from reports.grade.submission import left_aside, students_in
-    from reports.grade.times import read_times
-    from reports.inputs import cluster_at, usual_cache
-    from reports.results.words import listed, one_line
+    from reports.grade.files import GradeFiles, grade_files
+    from reports.terminal.grades import print_class
 
-    assignment = read_assignment(rubric)
-    students = students_in(submissions)
-    if out.resolve().is_relative_to(submissions.resolve()):
-        raise InputError("the marks would lie among the submissions", where=str(out))
-    known = read_times(times) if times is not None else {}
-    desk = Desk(assignment, usual_cache(), not no_sandbox)
+    files = GradeFiles(submissions, rubric, out, times)
     with cluster_at(cluster) as workers, progress("grade") as tell:
-        record = grade_class(students, desk, out, jobs, known, tell, workers)
-    aside = [one_line(name, 60) for name in left_aside(submissions)]
-    if aside:
-        note = f"not graded, for they are no folders and no archives that we read: {listed(aside)}"
-        record = record.model_copy(update={"remarks": (*record.remarks, note)})
-    write_class(record, out)
-    write_kit(assignment, rubric, out / "staff" / "gradescope")
-    _print(record, out, stderr_console() if json else stdout_console())
+        record = grade_files(files, not no_sandbox, jobs, workers, tell)
+    print_class(record, out, stderr_console() if json else stdout_console())
     if json:
         print_json(record.model_dump(mode="json"))
-
-
-def _print(record: ClassRecord, out: Path, console: Console) -> None:
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    from reports.grade.words import about, points
-    from reports.results.words import count, one_line
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("student", overflow="fold")
-    table.add_column("points", justify="right", no_wrap=True)
-    table.add_column("first wrong stage, likely mistake", overflow="fold")
-    for student in record.students:
-        told = Text(one_line(about(student), 160))
-        table.add_row(Text(student.name), points(student.marks.points), told)
-    console.print(table)
-    for each in record.copies:
-        console.print(f"looks copied: {each.sentence}", soft_wrap=True)
-    for remark in record.remarks:
-        console.print(f"note: {remark}", soft_wrap=True)
-    number = count(len(record.students), "student")
-    console.print(f"{out}: {number} graded, of {points(record.of)} points", soft_wrap=True)

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-from reports.grade.judge import SheetResult
+from reports.grade.judging.judge import MarkSheet
 from reports.grade.record import Copy, Student
 from reports.results.words import count, listed
 
@@ -77,7 +77,7 @@ def _references(students: Sequence[Student]) -> Iterator[Copy]:
 
 def _unchanging(students: Sequence[Student]) -> Iterator[Copy]:
     for student in students:
-        same: dict[str, list[SheetResult]] = defaultdict(list)
+        same: dict[str, list[MarkSheet]] = defaultdict(list)
         for result in student.results:
             if result.numbers:
                 same[result.numbers].append(result)

@@ -14,9 +14,9 @@ from pydantic import Field, ValidationError
 
 from converters.atomic import atomic_file
 from minirt.quantities import STAGES
-from reports.grade.closer import Closer
-from reports.grade.judge import SheetResult
-from reports.grade.score import Marks
+from reports.grade.judging.explained import FailureExplanation
+from reports.grade.judging.judge import MarkSheet
+from reports.grade.judging.score import Marks
 from reports.results.json_model import Model
 from reports.results.words import one_line
 
@@ -34,11 +34,11 @@ class Student(Model):
     message: str = Field(default="", description="why there is nothing to grade, or what failed")
     submitted: str | None = None
     marks: Marks
-    results: tuple[SheetResult, ...] = ()
-    closer: tuple[Closer, ...] = ()
+    results: tuple[MarkSheet, ...] = ()
+    closer: tuple[FailureExplanation, ...] = ()
 
     @property
-    def public(self) -> tuple[SheetResult, ...]:
+    def public(self) -> tuple[MarkSheet, ...]:
         """The results that the student may see."""
         return tuple(result for result in self.results if result.number == 0)
 
@@ -92,7 +92,7 @@ def _digest(name: str) -> str:
     return hashlib.sha256(name.encode(errors="surrogateescape")).hexdigest()[:8]
 
 
-def kept_student(path: Path, key: str) -> Student | None:
+def earlier_record(path: Path, key: str) -> Student | None:
     """What an earlier run found, if it was of the same submission, rubric and program."""
     try:
         student = Student.model_validate_json(path.read_bytes())

@@ -18,16 +18,16 @@ from PIL import Image
 from playwright.sync_api import Browser
 
 from reference.cache import Cache
-from reports.grade import run
-from reports.grade.assignment import read_assignment
-from reports.grade.files import write_class as write_reports
-from reports.grade.judge import Desk
-from reports.grade.pages import class_html, student_html
+from reports.grade import student as grading
+from reports.grade.assignment.assignment import read_assignment
+from reports.grade.assignment.times import read_times
+from reports.grade.judging.judge import JudgingContext
+from reports.grade.pages.class_files import grades_csv
+from reports.grade.pages.class_files import write_class as write_reports
+from reports.grade.pages.html import class_html, student_html
 from reports.grade.record import ClassRecord, Student, folder_name, shown_name
-from reports.grade.run import grade_class
-from reports.grade.submission import students_in
-from reports.grade.tables import grades_csv
-from reports.grade.times import read_times
+from reports.grade.run import GradeOptions, grade_class
+from reports.grade.submission.students import students_in
 from tests.helpers.browser import chromium
 from tests.helpers.grade_class import CLASS, PARTS, TOTAL, Submission, write_class
 
@@ -36,7 +36,7 @@ from tests.helpers.grade_class import CLASS, PARTS, TOTAL, Submission, write_cla
 class Graded:
     folder: Path
     record: ClassRecord
-    desk: Desk
+    context: JudgingContext
 
     @property
     def out(self) -> Path:
@@ -45,7 +45,7 @@ class Graded:
     def again(self, jobs: int = 1) -> ClassRecord:
         handed = students_in(self.folder / "submissions")
         times = read_times(self.folder / "times.csv")
-        return grade_class(handed, self.desk, self.out, jobs, times)
+        return grade_class(GradeOptions(handed, self.context, self.out, jobs, times))
 
     def student(self, name: str) -> Student:
         return next(each for each in self.record.students if each.name == name)
@@ -55,11 +55,12 @@ class Graded:
 def graded(tmp_path_factory: pytest.TempPathFactory) -> Graded:
     folder = tmp_path_factory.mktemp("class")
     handed, rubric, times = write_class(folder)
-    desk = Desk(read_assignment(rubric), Cache(folder / "cache"), True)
+    context = JudgingContext(read_assignment(rubric), Cache(folder / "cache"), True)
     out = folder / "out"
-    record = grade_class(students_in(handed), desk, out, 2, read_times(times))
+    options = GradeOptions(students_in(handed), context, out, 2, read_times(times))
+    record = grade_class(options)
     write_reports(record, out)
-    return Graded(folder, record, desk)
+    return Graded(folder, record, context)
 
 
 @pytest.mark.parametrize("each", CLASS, ids=lambda each: each.name.encode("ascii", "replace"))
@@ -135,13 +136,13 @@ def test_junit_has_a_suite_a_student(graded: Graded) -> None:
 
 def test_a_run_goes_on_where_it_was(graded: Graded, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
-    really = run._opened
+    really = grading.opened
 
-    def counting(office: run._Office, path: Path, room: Path) -> object:
+    def counting(pool: grading.GradingPool, path: Path, scratch: Path) -> object:
         opened.append(path.name)
-        return really(office, path, room)
+        return really(pool, path, scratch)
 
-    monkeypatch.setattr(run, "_opened", counting)
+    monkeypatch.setattr(grading, "opened", counting)
     assert graded.again() == graded.record
     assert opened == []
     (graded.out / "staff" / "state" / "lars.json").write_text("{", encoding="ascii")

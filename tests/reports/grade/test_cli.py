@@ -138,7 +138,7 @@ def test_names_of_all_kinds_are_graded_and_other_files_named(
     folders = {path.name for path in (place / "out" / "students").iterdir()}
     assert folders == {each["folder"] for each in document["students"]}
     assert len(folders) == len(names) + 2
-    assert "no archives that we read: late.rar" in document["remarks"][0]
+    assert "neither folders nor known archives: late.rar" in document["remarks"][0]
 
 
 def test_another_rubric_makes_other_marks(place: Path) -> None:

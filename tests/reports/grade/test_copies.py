@@ -7,10 +7,10 @@ import pytest
 
 from minirt.frame import Frame
 from reports.grade.copies import find_copies
-from reports.grade.fingerprint import fingerprint
-from reports.grade.judge import SheetResult
+from reports.grade.judging.fingerprint import fingerprint
+from reports.grade.judging.judge import MarkSheet
+from reports.grade.judging.score import Marks
 from reports.grade.record import Student
-from reports.grade.score import Marks
 from tests.helpers.grade_class import honest, mutant
 
 SCENE = "ball-on-quad"
@@ -46,15 +46,15 @@ def test_numbers_accuse_only_where_they_tell(theirs: Frame, tells: bool, own: bo
     assert (bool(numbers), ours) == (tells, own)
 
 
-def student(name: str, *results: SheetResult) -> Student:
+def student(name: str, *results: MarkSheet) -> Student:
     marks = Marks(parts=(), earned=0, points=0, of=1)
     return Student(name=name, folder=name, key="", kind="program", marks=marks, results=results)
 
 
 def sheet(
     scene: str, numbers: str, number: int = 0, wrong: int = 0, ours: bool = False
-) -> SheetResult:
-    return SheetResult(
+) -> MarkSheet:
+    return MarkSheet(
         scene=scene, number=number, state="judged", numbers=numbers, wrong=wrong, ours=ours
     )  # fmt: skip
 

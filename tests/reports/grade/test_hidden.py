@@ -1,4 +1,4 @@
-"""Hidden scenes: the same for a seed, and no answer to the public scene is one to them."""
+"""HiddenScenes scenes: the same for a seed, and no answer to the public scene is one to them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from minirt import render
 from reference.compare.comparison import compare
 from reference.compare.stability import exact_answer, stability_of
 from reference.mutants.matrix import float64_rounding
-from reports.grade.hidden import variant
+from reports.grade.assignment.hidden import variant
 from tests.helpers.grade_class import small
 
 NAMES = ("ball-on-quad", "one-sphere", "glass-ball", "closed-mesh", "off-axis-screen")

@@ -20,8 +20,9 @@ from reference.mutants.mutant import Mutant
 from reference.mutants.thin_gap import THIN_GAP
 from reference.traceability import TRACED
 from reference.verify.results import Evidence
-from reports.grade.parts import Tally, charged, quantities_judged, tally
-from reports.grade.rubric import Part
+from reports.grade.assignment.part_quantities import quantities_judged
+from reports.grade.assignment.rubric import Part
+from reports.grade.judging.tally import Tally, charged_pixels, tally
 from tests.helpers.grade_class import small as of_the_atlas
 
 #: Scenes on which every mistake shows, in few pixels.
@@ -63,7 +64,7 @@ def counted(
     rule: str, names: tuple[str, ...], evidence: Evidence, rubric: Sequence[str] = EVERY
 ) -> Tally:
     parts = [about(each) for each in rubric]
-    excused = charged([(part, quantities_judged(part, ALL)) for part in parts], evidence)
+    excused = charged_pixels([(part, quantities_judged(part, ALL)) for part in parts], evidence)
     return tally(about(rule), names, evidence, excused)
 
 

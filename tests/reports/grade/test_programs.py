@@ -15,14 +15,15 @@ from minirt.explain.pixel import explain
 from reference.cache import Cache
 from reports.cli.main import run as minirt
 from reports.explain.text import explanation_text
-from reports.grade import run
-from reports.grade.assignment import read_assignment
-from reports.grade.hidden import variant
-from reports.grade.judge import Desk
+from reports.grade import student as grading
+from reports.grade.assignment.assignment import read_assignment
+from reports.grade.assignment.hidden import variant
+from reports.grade.judging.judge import JudgingContext
+from reports.grade.pages.class_files import grades_csv
 from reports.grade.record import ClassRecord, Student
-from reports.grade.run import grade_class
-from reports.grade.submission import digest_of, open_submission, students_in
-from reports.grade.tables import grades_csv
+from reports.grade.run import GradeOptions, grade_class
+from reports.grade.submission.students import digest_of, students_in
+from reports.grade.submission.submission import open_submission
 from tests.helpers.grade_class import SUBJECTS, honest, small
 
 SCENE = "ball-on-quad"
@@ -71,8 +72,9 @@ def record(folder: Path) -> ClassRecord:
     program(handed, "unbuilt", tracer, 'build = "echo no such thing; exit 3"\n')
     (handed / "frames").mkdir()
     write_frame(honest(SCENE), handed / "frames" / f"{SCENE}.npz")
-    desk = Desk(read_assignment(folder / "rubric.toml"), Cache(folder / "cache"), True)
-    return grade_class(students_in(handed), desk, folder / "out", 2)
+    assignment = read_assignment(folder / "rubric.toml")
+    context = JudgingContext(assignment, Cache(folder / "cache"), True)
+    return grade_class(GradeOptions(students_in(handed), context, folder / "out", 2))
 
 
 def student(record: ClassRecord, name: str) -> Student:
@@ -205,10 +207,12 @@ def test_without_a_sandbox_no_program_is_run(
     (tmp_path / "rubric.toml").write_text(RUBRIC, encoding="utf-8")
     (tmp_path / f"{SCENE}.json").write_text(json.dumps(small(SCENE).to_dict()), encoding="utf-8")
     program(tmp_path / "in", "ana", "print(1)\n")
-    monkeypatch.setattr(run, "sandbox_missing", lambda: "bubblewrap is not installed")
-    desk = Desk(read_assignment(tmp_path / "rubric.toml"), Cache(tmp_path / "cache"), True)
+    monkeypatch.setattr(grading, "sandbox_missing", lambda: "bubblewrap is not installed")
+    assignment = read_assignment(tmp_path / "rubric.toml")
+    context = JudgingContext(assignment, Cache(tmp_path / "cache"), True)
+    options = GradeOptions(students_in(tmp_path / "in"), context, tmp_path / "out", 1)
     with pytest.raises(ReferenceError, match="bubblewrap is not installed") as caught:
-        grade_class(students_in(tmp_path / "in"), desk, tmp_path / "out", 1)
+        grade_class(options)
     assert caught.value.exit_status == 3
 
 

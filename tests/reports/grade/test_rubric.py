@@ -12,10 +12,11 @@ from minirt.errors import MinirtError
 from minirt.quantities import QUANTITIES
 from reference.mutants import CATALOGUE
 from reference.traceability import TRACED
-from reports.grade.assignment import read_assignment
-from reports.grade.parts import credit, quantities_of
-from reports.grade.rubric import Bounds, Hidden, Late, Part, Rubric
-from reports.grade.submission import Manifest
+from reports.grade.assignment.assignment import read_assignment
+from reports.grade.assignment.part_quantities import quantities_of
+from reports.grade.assignment.rubric import HiddenScenes, LatePolicy, Part, ProgramLimits, Rubric
+from reports.grade.judging.tally import credit
+from reports.grade.submission.manifest import Manifest
 from tests.helpers.places import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -43,8 +44,8 @@ def written(text: str, folder: Path) -> Path:
 def test_a_good_rubric_finds_its_scenes_and_quantities(tmp_path: Path) -> None:
     got = read_assignment(written(GOOD, tmp_path))
     assert got.rubric.points == 10
-    assert [sheet.scene.name for sheet in got.sheets] == ["one-sphere", "ball-on-quad"]
-    assert all(sheet.public for sheet in got.sheets)
+    assert [assigned.scene.name for assigned in got.scenes] == ["one-sphere", "ball-on-quad"]
+    assert all(assigned.public for assigned in got.scenes)
     assert got.parts[0][0] == ("one-sphere", "ball-on-quad")
     assert {"hit", "t", "normal"} <= set(got.parts[0][1])
     assert got.parts[1][1] == ("shadow",)
@@ -118,12 +119,13 @@ def test_the_readmes_files_are_taken(tmp_path: Path) -> None:
     manifest, rubric = readme_blocks()
     got = read_assignment(written(rubric, tmp_path))
     assert got.rubric.points == 15
-    assert [sheet.number for sheet in got.sheets] == [0, 0, 1, 1]
+    assert [assigned.number for assigned in got.scenes] == [0, 0, 1, 1]
     assert Manifest.model_validate(tomllib.loads(manifest)).build == "make"
 
 
 def test_every_key_of_a_rubric_is_in_the_readme() -> None:
     section = README.partition("| key of the rubric |")[2].partition("\n\n")[0]
     named = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\|([^|]*)\|", section, re.M))))
-    keys = {key for model in (Rubric, Part, Hidden, Late, Bounds) for key in model.model_fields}
+    models = (Rubric, Part, HiddenScenes, LatePolicy, ProgramLimits)
+    keys = {key for model in models for key in model.model_fields}
     assert named == keys

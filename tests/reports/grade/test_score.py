@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from reports.grade.assignment import Assignment, read_assignment
-from reports.grade.judge import SheetResult
-from reports.grade.rubric import Late
-from reports.grade.score import days_late, marks_of
+from reports.grade.assignment.assignment import Assignment, read_assignment
+from reports.grade.assignment.rubric import LatePolicy
+from reports.grade.judging.judge import MarkSheet
+from reports.grade.judging.score import days_late, marks_of
 from tests.helpers.grade_class import write_rubric
 
 DEADLINE = datetime.fromisoformat("2027-01-31T23:59:00+02:00")
@@ -25,14 +25,14 @@ def assignment(folder: Path, extra: str = "") -> Assignment:
     return read_assignment(path)
 
 
-def sheet(scene: str, right: int, number: int = 0, given: int = 20) -> SheetResult:
-    return SheetResult(
+def sheet(scene: str, right: int, number: int = 0, given: int = 20) -> MarkSheet:
+    return MarkSheet(
         scene=scene, number=number, state="judged", tallies={0: (1000, right, given, 20)}
     )
 
 
-def points(given: Assignment, *results: SheetResult, late: int = 0) -> float:
-    speaking = {(s.scene.name, s.number): (True,) for s in given.sheets}
+def points(given: Assignment, *results: MarkSheet, late: int = 0) -> float:
+    speaking = {(s.scene.name, s.number): (True,) for s in given.scenes}
     return marks_of(given, speaking, results, late).points
 
 
@@ -51,7 +51,7 @@ def test_hidden_scenes_decide_their_share(tmp_path: Path) -> None:
     given = assignment(tmp_path, "hidden = {seed = 1, variants = 2, share = 0.4}")
     public = [sheet(name, 1000) for name in SCENES]
     hidden = [sheet(name, 1000, number=k) for name in SCENES for k in (1, 2)]
-    assert len(given.sheets) == 6
+    assert len(given.scenes) == 6
     assert points(given, *public) == 6
     assert points(given, *public, *hidden) == 10
     assert points(given, *public, *hidden[:2]) == 8
@@ -62,7 +62,7 @@ def test_hidden_scenes_decide_their_share(tmp_path: Path) -> None:
     [(-1, 0), (0, 0), (1, 1), (86_400, 1), (86_401, 2), (10 * 86_400, 10)],
 )
 def test_each_begun_day_counts(after: float, days: int) -> None:
-    late = Late(deadline=DEADLINE, per_day=0.1)
+    late = LatePolicy(deadline=DEADLINE, per_day=0.1)
     assert days_late(late, DEADLINE + timedelta(seconds=after)) == days
     assert days_late(late, None) == 0
     assert days_late(None, DEADLINE) == 0

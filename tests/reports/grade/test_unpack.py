@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from minirt.errors import InputError
-from reports.grade import unpack
-from reports.grade.unpack import take
+from reports.grade.submission import unpack as unpacking
+from reports.grade.submission.unpack import unpack
 
 Maker = Callable[[Path], None]
 
@@ -131,11 +131,11 @@ def test_a_hostile_archive_stays_in_its_folder(
     archive = place / f"student{suffix}"
     make(archive)
     if "bomb" in name:
-        monkeypatch.setattr(unpack, "MOST_BYTES", 2**20)
+        monkeypatch.setattr(unpacking, "MOST_BYTES", 2**20)
     before = snapshot(place)
     inside = place / "room" / "inside"
     with pytest.raises(InputError, match=words):
-        take(archive, inside)
+        unpack(archive, inside)
     assert snapshot(place) == before
     assert not (place / "evil.txt").exists()
     found = list(inside.rglob("*"))
@@ -146,7 +146,7 @@ def test_a_hostile_archive_stays_in_its_folder(
 def test_names_in_other_alphabets_are_names(place: Path) -> None:
     make = zipped(("ćŕęšć/жůλ.txt", b"1"), ("__MACOSX/._x", b"2"), ("a/.DS_Store", b"3"))
     make(place / "s.zip")
-    take(place / "s.zip", place / "room" / "inside")
+    unpack(place / "s.zip", place / "room" / "inside")
     assert (place / "room" / "inside" / "ćŕęšć" / "жůλ.txt").read_bytes() == b"1"
     files = [p for p in (place / "room" / "inside").rglob("*") if p.is_file()]
     assert len(files) == 1
@@ -154,7 +154,7 @@ def test_names_in_other_alphabets_are_names(place: Path) -> None:
 
 def test_what_is_executable_stays_so(place: Path) -> None:
     zipped(("run.sh", b"#!/bin/sh\n"), mode=stat.S_IFREG | 0o755)(place / "s.zip")
-    take(place / "s.zip", place / "room" / "inside")
+    unpack(place / "s.zip", place / "room" / "inside")
     assert (place / "room" / "inside" / "run.sh").stat().st_mode & 0o777 == 0o755
 
 
@@ -162,20 +162,20 @@ def test_a_folder_is_copied_without_links(place: Path) -> None:
     folder = place / "student"
     folder.mkdir()
     (folder / "a.txt").write_text("1", encoding="utf-8")
-    take(folder, place / "room" / "inside")
+    unpack(folder, place / "room" / "inside")
     assert (place / "room" / "inside" / "a.txt").read_text(encoding="utf-8") == "1"
     (folder / "b").symlink_to("/etc/passwd")
     with pytest.raises(InputError, match="symbolic link"):
-        take(folder, place / "room" / "inside")
+        unpack(folder, place / "room" / "inside")
 
 
 def test_a_link_in_the_place_of_a_submission_is_not_followed(place: Path) -> None:
     (place / "student").symlink_to(place / "room")
     with pytest.raises(InputError, match="symbolic link"):
-        take(place / "student", place / "room" / "inside")
+        unpack(place / "student", place / "room" / "inside")
 
 
 def test_a_pipe_in_the_place_of_a_submission_is_not_opened(place: Path) -> None:
     os.mkfifo(place / "student.zip")
     with pytest.raises(InputError, match="neither a folder nor a file"):
-        take(place / "student.zip", place / "room" / "inside")
+        unpack(place / "student.zip", place / "room" / "inside")

@@ -8,14 +8,14 @@ from datetime import datetime
 
 from pydantic import Field
 
-from reports.grade.assignment import Assignment
-from reports.grade.judge import SheetResult
-from reports.grade.parts import credit
-from reports.grade.rubric import Late
+from reports.grade.assignment.assignment import Assignment
+from reports.grade.assignment.rubric import LatePolicy
+from reports.grade.judging.judge import MarkSheet
+from reports.grade.judging.tally import credit
 from reports.results.json_model import Model, Natural
 
-#: By scene and number: whether it speaks of each part; found out by minirt's own answer.
-Speaking = Mapping[tuple[str, int], tuple[bool, ...]]
+#: By scene and number: for which parts of the rubric it is relevant, by minirt's own answer.
+RelevantParts = Mapping[tuple[str, int], tuple[bool, ...]]
 
 _SECONDS_A_DAY = 86_400
 
@@ -51,7 +51,10 @@ class Marks(Model):
 
 
 def marks_of(
-    assignment: Assignment, speaking: Speaking, results: Sequence[SheetResult], late_days: int = 0
+    assignment: Assignment,
+    relevant: RelevantParts,
+    results: Sequence[MarkSheet],
+    late_days: int = 0,
 ) -> Marks:
     """The marks that results earn; no result of a scene earns nothing on it.
 
@@ -59,13 +62,13 @@ def marks_of(
     ----------
     assignment : Assignment
     speaking : mapping
-        Which parts each scene speaks of.
+        For which parts each scene is relevant.
     results : sequence of SheetResult
     late_days : int
         Begun days after the deadline.
     """
     found = {(result.scene, result.number): result for result in results}
-    parts = tuple(_part(assignment, speaking, found, k) for k in range(len(assignment.rubric.part)))
+    parts = tuple(_part(assignment, relevant, found, k) for k in range(len(assignment.rubric.part)))
     earned = round(sum(part.points for part in parts), 2)
     penalty = round(_penalty(earned, assignment.rubric.late, late_days), 2)
     return Marks(
@@ -74,7 +77,7 @@ def marks_of(
     )  # fmt: skip
 
 
-def days_late(late: Late | None, submitted: datetime | None) -> int:
+def days_late(late: LatePolicy | None, submitted: datetime | None) -> int:
     """Begun days after the deadline; none where either is unknown."""
     if late is None or submitted is None:
         return 0
@@ -82,25 +85,25 @@ def days_late(late: Late | None, submitted: datetime | None) -> int:
     return max(0, math.ceil(seconds / _SECONDS_A_DAY))
 
 
-def _penalty(earned: float, late: Late | None, days: int) -> float:
+def _penalty(earned: float, late: LatePolicy | None, days: int) -> float:
     if late is None or days == 0:
         return 0.0
     return earned if days > late.most_days else earned * min(1.0, days * late.per_day)
 
 
 def _part(
-    assignment: Assignment, speaking: Speaking,
-    found: Mapping[tuple[str, int], SheetResult], k: int,
+    assignment: Assignment, relevant: RelevantParts,
+    found: Mapping[tuple[str, int], MarkSheet], k: int,
 ) -> PartMarks:  # fmt: skip
     rubric = assignment.rubric
     part = rubric.part[k]
     ends = rubric.ends(part)
     earned: dict[bool, list[tuple[float, str]]] = {True: [], False: []}
-    for sheet in assignment.sheets:
-        key = sheet.scene.name, sheet.number
-        if speaking[key][k]:
+    for assigned in assignment.scenes:
+        key = assigned.scene.name, assigned.number
+        if relevant[key][k]:
             share = _credit(found.get(key), k, ends)
-            earned[sheet.public].append((share, sheet.scene.name))
+            earned[assigned.public].append((share, assigned.scene.name))
     public, hidden = (_mean([share for share, _ in earned[kind]]) for kind in (True, False))
     weight = rubric.hidden.share if rubric.hidden is not None and earned[False] else 0.0
     points = round(part.points * ((1 - weight) * public + weight * hidden), 2)
@@ -114,7 +117,7 @@ def _part(
     )  # fmt: skip
 
 
-def _credit(result: SheetResult | None, k: int, ends: tuple[float, float]) -> float:
+def _credit(result: MarkSheet | None, k: int, ends: tuple[float, float]) -> float:
     counted = None if result is None else result.tally(k)
     if counted is None:
         return 0.0

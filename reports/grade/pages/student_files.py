@@ -6,25 +6,25 @@ None of it holds hidden scenes, reference arrays or another student's name.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-from reports.grade.pages import student_html
-from reports.grade.record import Student
-from reports.grade.words import (
-    closer_in_words,
+from reports.grade.pages.gradescope import results_json
+from reports.grade.pages.html import student_html
+from reports.grade.pages.words import (
+    explanation_in_words,
     headline,
     lateness,
     message_of,
-    missing_in_words,
     part_in_words,
     points,
-    sheet_in_words,
+    scene_in_words,
 )
+from reports.grade.record import Student
 from reports.results.words import plain
 
 
-def write_student(student: Student, title: str, places: dict[str, Path], folder: Path) -> None:
+def write_student(student: Student, title: str, folders: Mapping[str, Path], folder: Path) -> None:
     """Write a student's files into a new folder.
 
     Parameters
@@ -32,43 +32,17 @@ def write_student(student: Student, title: str, places: dict[str, Path], folder:
     student : Student
     title : str
         The assignment's.
-    places : dict of str to Path
-        By public scene, where its pictures wait.
+    folders : mapping of str to Path
+        By public scene, the folder of its pictures.
     folder : Path
     """
     texts = {
-        "results.json": json.dumps(gradescope(student), indent=1) + "\n",
+        "results.json": json.dumps(results_json(student), indent=1) + "\n",
         "report.md": markdown(student, title),
-        "report.html": student_html(student, title, places),
+        "report.html": student_html(student, title, folders),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-
-
-def gradescope(student: Student) -> dict[str, Any]:
-    """Gradescope's `results.json`: a test a part; the score, lateness included, stands above."""
-    marks = student.marks
-    lines = [headline(student), lateness(student), message_of(student), *missing_in_words(student)]
-    lines += [f"{each.scene}: {closer_in_words(each)}" for each in student.closer]
-    return {
-        "score": marks.points,
-        "output": "\n\n".join(line for line in lines if line),
-        "output_format": "text",
-        "visibility": "visible",
-        "stdout_visibility": "hidden",
-        "tests": [
-            {
-                "name": part.name,
-                "score": part.points,
-                "max_score": part.of,
-                "status": "passed" if part.points == part.of else "failed",
-                "output": part_in_words(part),
-                "output_format": "text",
-                "visibility": "visible",
-            }
-            for part in marks.parts
-        ],
-    }
 
 
 def markdown(student: Student, title: str) -> str:
@@ -86,13 +60,13 @@ def markdown(student: Student, title: str) -> str:
     ]
     if student.public:
         lines += ["", "| scene | |", "|---|---|"]
-        lines += [f"| {_cell(r.scene)} | {_cell(sheet_in_words(r))} |" for r in student.public]
+        lines += [f"| {_cell(r.scene)} | {_cell(scene_in_words(r))} |" for r in student.public]
     for result in student.public:
         if words := plain(result.output).strip():
             lines += ["", f"The program's last output on {_cell(result.scene)}:", "", *_code(words)]
     for closer in student.closer:
         column, row = closer.pixel
-        lines += ["", f"## {_cell(closer.scene)}", "", closer_in_words(closer), ""]
+        lines += ["", f"## {_cell(closer.scene)}", "", explanation_in_words(closer), ""]
         lines += [f"Column {column} from the left, row {row} from the top:", ""]
         lines += ["| quantity | right | yours | |", "|---|---|---|---|"]
         lines += [f"| {x.quantity} | {x.ours} | {x.theirs} | {x.state} |" for x in closer.lines]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from minirt.quantities import QUANTITIES
-from reports.grade.closer import Closer
-from reports.grade.judge import SheetResult
+from reports.grade.judging.explained import FailureExplanation
+from reports.grade.judging.judge import MarkSheet
+from reports.grade.judging.score import PartMarks
 from reports.grade.record import Student
-from reports.grade.score import PartMarks
 from reports.results.words import RULE_NAMES, count, one_line, plain, share
 
 
@@ -33,7 +33,7 @@ def missing_in_words(student: Student) -> list[str]:
     """Of each public scene without a frame why, and a program's last words."""
     missing = [result for result in student.public if result.state != "judged"]
     return [
-        "\n".join(filter(None, [f"{r.scene}: {sheet_in_words(r)}", plain(r.output).strip()]))
+        "\n".join(filter(None, [f"{r.scene}: {scene_in_words(r)}", plain(r.output).strip()]))
         for r in missing
     ]
 
@@ -78,7 +78,7 @@ def part_in_words(part: PartMarks) -> str:
     return text
 
 
-def sheet_in_words(result: SheetResult) -> str:
+def scene_in_words(result: MarkSheet) -> str:
     """What came of one scene, in a clause."""
     if result.state != "judged":
         return f"{result.state}: {one_line(result.reason, 400)}"
@@ -92,18 +92,18 @@ def sheet_in_words(result: SheetResult) -> str:
     return "all pixels right, not every quantity given" if lacking else "all pixels right"
 
 
-def all_right(result: SheetResult) -> bool:
+def all_right(result: MarkSheet) -> bool:
     """Whether a scene has nothing wrong and nothing missing."""
     complete = all(given == asked for _, _, given, asked in result.tallies.values())
     return result.state == "judged" and not (result.wrong or result.reason) and complete
 
 
-def mistake_of(closer: Closer) -> str:
+def mistake_of(closer: FailureExplanation) -> str:
     """What explains a failing scene, in a sentence."""
     return f"It {closer.mistake}." if closer.mistake else "None of the known mistakes explains it."
 
 
-def closer_in_words(closer: Closer) -> str:
+def explanation_in_words(closer: FailureExplanation) -> str:
     """The first wrong stage of a scene, and the rule to look at."""
     about = QUANTITIES[closer.quantity].about
     rule = f"rule {closer.rule}: {RULE_NAMES[closer.rule]}"

@@ -20,31 +20,32 @@ from reference.jobs.isolate import Outcome
 from reference.jobs.scratch_folders import remove
 from reference.source import Crashed, Rendering, Unsupported
 from reference.verify.results import Evidence
-from reports.grade.assignment import Assignment, Sheet
-from reports.grade.draw import draw
-from reports.grade.fingerprint import fingerprint, is_rounded
-from reports.grade.parts import Tally, charged, speaks_of, tally
-from reports.grade.submission import Opened, subject_of
+from reports.grade.assignment.assignment import AssignedScene, Assignment
+from reports.grade.judging.fingerprint import fingerprint, is_rounded
+from reports.grade.judging.relevance import is_relevant
+from reports.grade.judging.tally import Tally, charged_pixels, tally
+from reports.grade.judging.thumbnails import write_thumbnails
+from reports.grade.submission.submission import Submission, subject_of
 from reports.results.json_model import Model, Natural
 
 #: The formats in which numbers come: of .npz, and of everything else.
 _HANDED: tuple[Precision, ...] = ("float64", "float32")
 #: Characters of a program's last output that are kept.
 _OUTPUT = 2000
-#: Where a program's frame with a wrong pixel in it waits for whoever looks closer.
+#: A program's frame with a wrong pixel in it, kept for `judge_again`.
 _FRAME = "frame.npz"
 
 State = Literal["judged", "no frame", "crashed", "timed out"]
 
 
-class SheetResult(Model):
-    """What came of one scene."""
+class MarkSheet(Model):
+    """What one scene was judged to be worth."""
 
     scene: str
     number: Natural = Field(description="0: public; 1 and more: its hidden variants")
     state: State
     reason: str = ""
-    output: str = Field(default="", description="a program's last words where it gave no answer")
+    output: str = Field(default="", description="a program's last output where it gave no answer")
     tallies: dict[int, tuple[Natural, Natural, Natural, Natural]] = Field(
         default={}, description="by part: pixels judged and right, quantities given and asked for"
     )
@@ -54,78 +55,82 @@ class SheetResult(Model):
     certain: Natural = 0
     pixel: tuple[Natural, Natural] | None = Field(default=None, description="the worst one")
     numbers: str = Field(
-        default="", description="hash of its numbers; empty where they tell nothing"
+        default="", description="hash of its numbers; empty where they identify nobody"
     )
     ours: bool = Field(default=False, description="whether they are minirt's own, bit for bit")
 
     def tally(self, part: int) -> Tally | None:
-        """What a part is judged by; None where nothing was judged."""
+        """What a part is judged by; None where the part is not judged on the scene."""
         found = self.tallies.get(part)
         return None if found is None else Tally(*found)
 
 
 @dataclass(frozen=True, eq=False)
-class Desk:
-    """What the judging of any submission takes: the assignment, the cache, whether to sandbox."""
+class JudgingContext:
+    """What judging any submission needs: the assignment, the cache, whether to use a sandbox."""
 
     assignment: Assignment
     cache: Cache
     sandbox: bool
 
 
-def prepare(desk: Desk, sheet: Sheet) -> tuple[bool, ...]:
-    """Compute minirt's own answer to a scene once, and say which parts it speaks of."""
-    rubric = desk.assignment.rubric
-    exact = desk.cache.exact(sheet.scene)
+def prepare_scene(context: JudgingContext, assigned: AssignedScene) -> tuple[bool, ...]:
+    """Compute minirt's own answer to a scene once; which parts the scene is relevant for."""
+    rubric = context.assignment.rubric
+    exact = context.cache.exact(assigned.scene)
     for handed in _HANDED:
         error = replace(
-            declared(sheet.scene, Claim(rubric.precision, handed=handed)), derivation=""
+            declared(assigned.scene, Claim(rubric.precision, handed=handed)), derivation=""
         )
-        desk.cache.stability(exact, error, rubric.quantities)
+        context.cache.stability(exact, error, rubric.quantities)
     return tuple(
-        sheet.scene.name in scenes and speaks_of(part, sheet.scene, exact.frame)
-        for part, (scenes, _) in zip(rubric.part, desk.assignment.parts, strict=True)
+        assigned.scene.name in scenes and is_relevant(part, assigned.scene, exact.frame)
+        for part, (scenes, _) in zip(rubric.part, context.assignment.parts, strict=True)
     )
 
 
-def judge_sheet(desk: Desk, sheet: Sheet, opened: Opened, room: Path) -> SheetResult:
+def judge_scene(
+    context: JudgingContext, assigned: AssignedScene, submission: Submission, folder: Path
+) -> MarkSheet:
     """Judge a submission on a scene.
 
-    Of a public scene, pictures stay in the room, and a program's frame where it is wrong.
+    For a public scene the folder keeps the pictures, and a program's frame where it is wrong.
 
     Raises
     ------
     MinirtError, Unsupported
         There is no frame that could be judged, and why.
     """
-    scene, rubric = sheet.scene, desk.assignment.rubric
-    subject = subject_of(opened, scene, rubric.limits, desk.sandbox)
-    room.mkdir(parents=True)
+    scene, rubric = assigned.scene, context.assignment.rubric
+    subject = subject_of(submission, scene, rubric.limits, context.sandbox)
+    folder.mkdir(parents=True)
     try:
-        rendering = subject.render(scene, room)
+        rendering = subject.render(scene, folder)
     finally:
-        remove(room / "room")
-    seen = compared(desk, sheet, opened, rendering)
-    result = _result(desk, sheet, opened, seen)
-    if sheet.public:
-        draw(seen, result.quantity, room)
-        if result.wrong and opened.is_program:
-            write_frame(rendering.frame, room / _FRAME)
+        remove(folder / "room")
+    seen = compare_frame(context, assigned, submission, rendering)
+    result = _result(context, assigned, submission, seen)
+    if assigned.public:
+        write_thumbnails(seen, result.quantity, folder)
+        if result.wrong and submission.is_program:
+            write_frame(rendering.frame, folder / _FRAME)
     return result
 
 
-def judged_again(desk: Desk, sheet: Sheet, opened: Opened, room: Path) -> Evidence:
-    """What `judge_sheet` has seen of a public scene where something is wrong; runs no program."""
-    scene = sheet.scene
-    if opened.is_program:
-        frame = read_frame(room / _FRAME, (scene.screen.ny, scene.screen.nx))
-        return compared(desk, sheet, opened, Rendering(frame))
-    subject = subject_of(opened, scene, desk.assignment.rubric.limits, desk.sandbox)
-    return compared(desk, sheet, opened, subject.render(scene, room))
+def judge_again(
+    context: JudgingContext, assigned: AssignedScene, submission: Submission, folder: Path
+) -> Evidence:
+    """The evidence of `judge_scene` on a public scene again, without running the program."""
+    scene = assigned.scene
+    if submission.is_program:
+        frame = read_frame(folder / _FRAME, (scene.screen.ny, scene.screen.nx))
+        return compare_frame(context, assigned, submission, Rendering(frame))
+    subject = subject_of(submission, scene, context.assignment.rubric.limits, context.sandbox)
+    return compare_frame(context, assigned, submission, subject.render(scene, folder))
 
 
-def without_frame(sheet: Sheet, opened: Opened, outcome: Outcome) -> SheetResult:
-    """What came of a scene that `judge_sheet` has raised on, or not survived."""
+def without_frame(assigned: AssignedScene, submission: Submission, outcome: Outcome) -> MarkSheet:
+    """The mark sheet of a scene on which `judge_scene` raised an error, or crashed."""
     found = outcome.value
     state: State = "crashed"
     if "timed out" in (outcome.state, getattr(found, "state", "")):
@@ -134,22 +139,24 @@ def without_frame(sheet: Sheet, opened: Opened, outcome: Outcome) -> SheetResult
         state = "no frame"
     said = isinstance(found, MinirtError | Unsupported)
     reason = str(found) if said else outcome.reason
-    return SheetResult(
-        scene=sheet.scene.name, number=sheet.number, state=state,
-        reason=reason.replace(str(opened.folder), "the submission"),
-        output=outcome.output[-_OUTPUT:] if sheet.public else "",
+    return MarkSheet(
+        scene=assigned.scene.name, number=assigned.number, state=state,
+        reason=reason.replace(str(submission.folder), "the submission"),
+        output=outcome.output[-_OUTPUT:] if assigned.public else "",
     )  # fmt: skip
 
 
-def compared(desk: Desk, sheet: Sheet, opened: Opened, rendering: Rendering) -> Evidence:
-    """What a submission has rendered beside minirt's answer, under what it claims."""
-    scene, rubric = sheet.scene, desk.assignment.rubric
-    subject = subject_of(opened, scene, rubric.limits, desk.sandbox)
+def compare_frame(
+    context: JudgingContext, assigned: AssignedScene, submission: Submission, rendering: Rendering
+) -> Evidence:
+    """Compare a submission's frame with minirt's, under the precision that it claims."""
+    scene, rubric = assigned.scene, context.assignment.rubric
+    subject = subject_of(submission, scene, rubric.limits, context.sandbox)
     if is_rounded(rendering.frame):
         subject = replace(subject, claim=replace(subject.claim, handed="float32"))
-    exact = desk.cache.exact(scene)
+    exact = context.cache.exact(scene)
     error = replace(subject.declare(scene), derivation="")
-    stability = desk.cache.stability(exact, error, rubric.quantities)
+    stability = context.cache.stability(exact, error, rubric.quantities)
     comparison = compare(
         scene, exact.frame, stability, rendering.frame, rendering.unsupported, rubric.quantities,
         pictures=False,
@@ -157,11 +164,13 @@ def compared(desk: Desk, sheet: Sheet, opened: Opened, rendering: Rendering) -> 
     return Evidence(scene, subject.name, exact.frame, rendering.frame, stability, comparison)
 
 
-def _result(desk: Desk, sheet: Sheet, opened: Opened, seen: Evidence) -> SheetResult:
-    scene, rubric, comparison = sheet.scene, desk.assignment.rubric, seen.comparison
-    vague = opened.precision != rubric.precision and _too_vague(sheet, comparison)
-    parts = list(zip(rubric.part, desk.assignment.parts, strict=True))
-    excused = charged([(part, names) for part, (_, names) in parts], seen)
+def _result(
+    context: JudgingContext, assigned: AssignedScene, submission: Submission, seen: Evidence
+) -> MarkSheet:
+    scene, rubric, comparison = assigned.scene, context.assignment.rubric, seen.comparison
+    vague = submission.precision != rubric.precision and _too_vague(assigned, comparison)
+    parts = list(zip(rubric.part, context.assignment.parts, strict=True))
+    excused = charged_pixels([(part, names) for part, (_, names) in parts], seen)
     tallies = {}
     for k, (part, (scenes, names)) in enumerate(parts):
         if scene.name in scenes:
@@ -172,8 +181,8 @@ def _result(desk: Desk, sheet: Sheet, opened: Opened, seen: Evidence) -> SheetRe
     stage = STAGES[int(first[first >= 0].min())] if (first >= 0).any() else ""
     worst = next((c for c in comparison.checks if c.stage == stage and c.first_wrong), None)
     numbers, own = fingerprint(seen.ours, seen.theirs)
-    return SheetResult(
-        scene=scene.name, number=sheet.number, state="judged",
+    return MarkSheet(
+        scene=scene.name, number=assigned.number, state="judged",
         reason="the precision that it claims leaves too many pixels uncertain" if vague else "",
         tallies=tallies, stage=stage, quantity=worst.quantity if worst else "",
         wrong=int((first >= 0).sum()),
@@ -183,9 +192,9 @@ def _result(desk: Desk, sheet: Sheet, opened: Opened, seen: Evidence) -> SheetRe
     )  # fmt: skip
 
 
-def _too_vague(sheet: Sheet, comparison: Comparison) -> bool:
-    """Whether a claim other than the assignment's own leaves less certain than the floor."""
-    floor = sheet.scene.floor[0] if sheet.scene.floor else CERTAIN_FLOOR
+def _too_vague(assigned: AssignedScene, comparison: Comparison) -> bool:
+    """Whether the claimed errors leave fewer pixels certain than the floor."""
+    floor = assigned.scene.floor[0] if assigned.scene.floor else CERTAIN_FLOOR
     return any(check.certain < floor * check.pixels for check in comparison.checks if check.pixels)
 
 

@@ -10,13 +10,13 @@ from minirt.errors import InputError
 from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from reference.traceability import TRACED
-from reports.grade.hidden import variant
-from reports.grade.parts import known_rule, quantities_judged
-from reports.grade.rubric import Part, Rubric, read_rubric
+from reports.grade.assignment.hidden import variant
+from reports.grade.assignment.part_quantities import known_rule, quantities_judged
+from reports.grade.assignment.rubric import Part, Rubric, read_rubric
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class AssignedScene:
     """One scene that a submission is judged on.
 
     Attributes
@@ -52,7 +52,7 @@ class Assignment:
 
     rubric: Rubric
     sha256: str
-    sheets: tuple[Sheet, ...]
+    scenes: tuple[AssignedScene, ...]
     parts: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
 
 
@@ -74,16 +74,16 @@ def read_assignment(path: Path) -> Assignment:
             raise InputError("two scenes have the same name", where=str(path), got=scene.name)
         given[text] = by_name[scene.name] = scene
     parts = tuple(_part(rubric, part, given, f"{path}: part {part.name!r}") for part in rubric.part)
-    sheets = [Sheet(scene, 0) for scene in by_name.values()]
+    scenes = [AssignedScene(scene, 0) for scene in by_name.values()]
     if rubric.hidden is not None:
         seed, variants = rubric.hidden.seed, rubric.hidden.variants
-        sheets += [
-            Sheet(variant(scene, seed, k), k)
+        scenes += [
+            AssignedScene(variant(scene, seed, k), k)
             for scene in by_name.values()
             for k in range(1, variants + 1)
         ]
-    together = " ".join([sha256, *(sheet.scene.sha256 for sheet in sheets)])
-    return Assignment(rubric, together, tuple(sheets), parts)
+    together = " ".join([sha256, *(assigned.scene.sha256 for assigned in scenes)])
+    return Assignment(rubric, together, tuple(scenes), parts)
 
 
 def _beside(path: Path, text: str) -> Path:

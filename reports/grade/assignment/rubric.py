@@ -20,7 +20,7 @@ _LONGEST = 2**20
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class Late(Model):
+class LatePolicy(Model):
     """What lateness costs; when something was handed in is said beside the rubric."""
 
     deadline: AwareDatetime = Field(description="with its offset from UTC")
@@ -28,7 +28,7 @@ class Late(Model):
     most_days: int = Field(default=365, ge=0, description="after more days it earns nothing")
 
 
-class Hidden(Model):
+class HiddenScenes(Model):
     """Variants of the public scenes that nobody has seen; only programs can render them."""
 
     seed: int = Field(description="kept secret: it makes the variants")
@@ -36,7 +36,7 @@ class Hidden(Model):
     share: Share = Field(default=0.5, description="of each part's points that they decide")
 
 
-class Bounds(Model):
+class ProgramLimits(Model):
     """What a program may use."""
 
     seconds: float = Field(default=20.0, gt=0, le=3600, description="for each scene")
@@ -80,9 +80,9 @@ class Rubric(Model):
     zero: Share = Field(default=0.9, description="share of right pixels that earns none")
     precision: Precision = Field(default="float64", description="claimed unless a submission says")
     may_claim: tuple[Precision, ...] = Field(default=(), description="what else it may say")
-    late: Late | None = None
-    hidden: Hidden | None = None
-    limits: Bounds = Bounds()
+    late: LatePolicy | None = None
+    hidden: HiddenScenes | None = None
+    limits: ProgramLimits = ProgramLimits()
     part: tuple[Part, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
@@ -130,11 +130,11 @@ def read_rubric(path: Path) -> tuple[Rubric, str]:
     try:
         rubric = Rubric.model_validate(document)
     except ValidationError as error:
-        raise first_fault(error, str(path)) from None
+        raise validation_error(error, str(path)) from None
     return rubric, hashlib.sha256(text.encode()).hexdigest()
 
 
-def first_fault(error: ValidationError, where: str) -> InputError:
+def validation_error(error: ValidationError, where: str) -> InputError:
     """The first fault that a model found, as one sentence."""
     first = error.errors()[0]
     place = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in first["loc"])

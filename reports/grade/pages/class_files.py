@@ -1,14 +1,18 @@
-"""The class in files for other programs: `grades.csv`, and JUnit for those who have a CI system."""
+"""The files of a graded class: `grades.csv`, JUnit for CI systems, and the page for staff."""
 
 from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Callable
+from pathlib import Path
 
 from junitparser import Failure, JUnitXml, TestCase, TestSuite
 
-from reports.grade.record import ClassRecord, Student
-from reports.grade.words import message_of, no_frames, part_in_words, points
+from converters.atomic import atomic_file
+from reports.grade.pages.html import class_html
+from reports.grade.pages.words import message_of, no_frames, part_in_words, points
+from reports.grade.record import ClassRecord, Student, write_json
 from reports.results.words import one_line
 
 #: What a spreadsheet takes for the beginning of a formula.
@@ -58,5 +62,21 @@ def _suite(student: Student) -> TestSuite:
 
 
 def _text(text: str) -> str:
-    """Text that no spreadsheet computes."""
+    """Text that no spreadsheet takes for a formula."""
     return f"'{text}" if text.startswith(_FORMULA) else text
+
+
+#: The files of a class, and what makes each.
+REPORTS: dict[str, Callable[[ClassRecord], str]] = {
+    "grades.csv": grades_csv,
+    "staff/junit.xml": grades_junit,
+    "staff/class.html": class_html,
+}
+
+
+def write_class(record: ClassRecord, out: Path) -> None:
+    """Write every table and page of a class, each whole or not at all."""
+    write_json(record, out / "staff" / "grades.json")
+    for name, make in REPORTS.items():
+        with atomic_file(out / name) as path:
+            path.write_text(make(record), encoding="utf-8", newline="\n")

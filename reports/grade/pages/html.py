@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from minirt.quantities import QUANTITIES
-from reports.grade.closer import Closer
-from reports.grade.draw import DRAWN, PICTURES
-from reports.grade.judge import SheetResult
-from reports.grade.record import ClassRecord, Student, frequent_mistakes
-from reports.grade.words import (
+from reports.grade.judging.explained import FailureExplanation
+from reports.grade.judging.judge import MarkSheet
+from reports.grade.judging.thumbnails import QUANTITY_FILE, THUMBNAILS
+from reports.grade.pages.words import (
     about,
     all_right,
     headline,
@@ -23,8 +22,9 @@ from reports.grade.words import (
     mistake_of,
     part_in_words,
     points,
-    sheet_in_words,
+    scene_in_words,
 )
+from reports.grade.record import ClassRecord, Student, frequent_mistakes
 from reports.page.colors import HATCH, RING, band_legend, css
 from reports.page.template import template
 from reports.results.words import RULE_NAMES, count
@@ -37,14 +37,14 @@ _MOST_MISTAKES = 15
 
 
 @dataclass(frozen=True)
-class Three:
-    """The pictures of one scene, as addresses that hold them."""
+class Thumbnails:
+    """The pictures of one scene, as data addresses."""
 
     quantity: str
     images: tuple[tuple[str, str, str], ...]
 
 
-def student_html(student: Student, title: str, places: dict[str, Path]) -> str:
+def student_html(student: Student, title: str, folders: Mapping[str, Path]) -> str:
     """A student's page, everything in one file.
 
     Parameters
@@ -52,17 +52,17 @@ def student_html(student: Student, title: str, places: dict[str, Path]) -> str:
     student : Student
     title : str
         The assignment's.
-    places : dict of str to Path
-        By public scene, where its pictures wait.
+    folders : mapping of str to Path
+        By public scene, the folder of its pictures.
     """
-    sheets = [_sheet(result, places[result.scene]) for result in student.public]
+    scenes = [_scene(result, folders[result.scene]) for result in student.public]
     return template("student.html.j2").render(
         student=student, marks=student.marks, title=title, headline=headline(student),
         late=lateness(student), message=message_of(student), points=points, count=count,
         parts=[(part, part_in_words(part)) for part in student.marks.parts],
-        closers=[_closer(closer, places[closer.scene]) for closer in student.closer],
-        wrong=[sheet for sheet in sheets if not sheet["good"]],
-        right=[sheet for sheet in sheets if sheet["good"]],
+        closers=[_closer(closer, folders[closer.scene]) for closer in student.closer],
+        wrong=[scene for scene in scenes if not scene["good"]],
+        right=[scene for scene in scenes if scene["good"]],
         bands=band_legend(), hatch=[css(color) for color in HATCH], ring=css(RING[0]),
     )  # fmt: skip
 
@@ -80,25 +80,25 @@ def class_html(record: ClassRecord) -> str:
     )  # fmt: skip
 
 
-def _sheet(result: SheetResult, place: Path) -> dict[str, Any]:
+def _scene(result: MarkSheet, folder: Path) -> dict[str, Any]:
     return {
-        "name": result.scene, "words": sheet_in_words(result), "good": all_right(result),
-        "pictures": _three(place), "output": result.output.strip(),
+        "name": result.scene, "words": scene_in_words(result), "good": all_right(result),
+        "pictures": _thumbnails(folder), "output": result.output.strip(),
     }  # fmt: skip
 
 
-def _closer(closer: Closer, place: Path) -> dict[str, Any]:
+def _closer(closer: FailureExplanation, folder: Path) -> dict[str, Any]:
     return {
-        "closer": closer, "pictures": _three(place), "slide": RULE_NAMES[closer.rule],
+        "closer": closer, "pictures": _thumbnails(folder), "slide": RULE_NAMES[closer.rule],
         "about": QUANTITIES[closer.quantity].about, "said": mistake_of(closer),
     }  # fmt: skip
 
 
-def _three(place: Path) -> Three | None:
-    if not (place / DRAWN).is_file():
+def _thumbnails(folder: Path) -> Thumbnails | None:
+    if not (folder / QUANTITY_FILE).is_file():
         return None
-    images = tuple((name, _CAPTIONS[name], _uri(place / f"{name}.png")) for name in PICTURES)
-    return Three((place / DRAWN).read_text(encoding="ascii"), images)
+    images = tuple((name, _CAPTIONS[name], _uri(folder / f"{name}.png")) for name in THUMBNAILS)
+    return Thumbnails((folder / QUANTITY_FILE).read_text(encoding="ascii"), images)
 
 
 def _uri(path: Path) -> str:

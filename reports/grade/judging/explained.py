@@ -1,4 +1,4 @@
-"""What a student needs to know of a failing scene: the mistake, and one pixel in numbers."""
+"""A failing scene explained to the student: the likely mistake, and one pixel in numbers."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from minirt.quantities import QUANTITIES
 from reference.diagnose.by_mutant import Diagnosis, diagnose
 from reports.explain.second_opinion import Row, rows_at
 from reports.explain.text import explanation_text
-from reports.grade.assignment import Sheet
-from reports.grade.judge import Desk, SheetResult, judged_again
-from reports.grade.submission import Opened
+from reports.grade.assignment.assignment import AssignedScene
+from reports.grade.judging.judge import JudgingContext, MarkSheet, judge_again
+from reports.grade.submission.submission import Submission
 from reports.results.json_model import Model, Natural
 from reports.results.words import number, values
 
 
-class Line(Model):
+class PixelValue(Model):
     """One quantity of a pixel, in words."""
 
     quantity: str
@@ -31,7 +31,7 @@ class Line(Model):
     state: str = Field(description="agrees, wrong, or uncertain: not judged")
 
 
-class Closer(Model):
+class FailureExplanation(Model):
     """A failing public scene, explained."""
 
     scene: str
@@ -41,35 +41,39 @@ class Closer(Model):
     mistake: str = Field(description="what explains the failure, in a clause; empty: unknown")
     name: str = Field(description="of the mistake; empty: unknown")
     pixel: tuple[Natural, Natural] = Field(description="column from the left, row from the top")
-    lines: tuple[Line, ...]
+    lines: tuple[PixelValue, ...]
     explanation: str
 
 
-def look_closer(
-    desk: Desk, sheet: Sheet, opened: Opened, room: Path, result: SheetResult
-) -> Closer:
+def explain_failure(
+    context: JudgingContext,
+    assigned: AssignedScene,
+    submission: Submission,
+    folder: Path,
+    result: MarkSheet,
+) -> FailureExplanation:
     """Explain a failing scene. Runs in a child process."""
-    scene = sheet.scene
-    evidence = judged_again(desk, sheet, opened, room)
+    scene = assigned.scene
+    evidence = judge_again(context, assigned, submission, folder)
     found = diagnose(evidence)[:1]
     column, row = result.pixel or (0, 0)
     rule = QUANTITIES[result.quantity].rules[0]
-    return Closer(
+    return FailureExplanation(
         scene=scene.name, stage=result.stage, quantity=result.quantity,
         rule=next((each.rule for each in found if isinstance(each, Diagnosis)), rule),
         mistake="".join(each.sentence for each in found),
         name="".join(each.name for each in found),
         pixel=(column, row),
-        lines=tuple(_line(each) for each in rows_at(row, column, evidence)),
+        lines=tuple(_pixel_value(each) for each in rows_at(row, column, evidence)),
         explanation=explanation_text(explain(scene, column, row)),
     )  # fmt: skip
 
 
-def _line(row: Row) -> Line:
+def _pixel_value(row: Row) -> PixelValue:
     discrete = QUANTITIES[row.quantity].discrete
     shown = discrete or not np.isfinite(row.error)
     state = "uncertain" if np.isnan(row.ratio) else "wrong" if row.wrong else "agrees"
-    return Line(
+    return PixelValue(
         quantity=row.quantity, stage=row.stage, ours=values(row.quantity, list(row.ours)),
         theirs=values(row.quantity, list(row.theirs)), error="" if shown else number(row.error),
         tolerance="" if discrete else number(row.tolerance), state=state,

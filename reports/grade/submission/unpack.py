@@ -1,8 +1,8 @@
 """Submissions as folders: archives unpacked so that nothing can be written anywhere else.
 
 Only plain files and folders are ever made, below an empty folder that was made for them, each
-under a name that was looked at first; a file is never opened if anything has its name already.
-Sizes are counted as they are written: what an archive's headers say is not believed.
+under a name that was checked first; an existing file is never opened.
+Sizes are counted while writing: the sizes in an archive's headers are not trusted.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ MOST_PACKED = 2**30
 #: Memory that reading an archive's directory may take beyond what the process has.
 _MEMORY = 2**30
 _BLOCK = 2**20
-#: What operating systems leave in folders, and nobody hands in.
-_LITTER = ("__MACOSX", ".DS_Store", "Thumbs.db", ".git")
+#: What operating systems and version control leave in folders; ignored.
+_SYSTEM_FILES = ("__MACOSX", ".DS_Store", "Thumbs.db", ".git")
 
 SUFFIXES = (".zip", ".tar.gz", ".tgz", ".tar")
 
@@ -47,13 +47,13 @@ class _Entry:
     open: Callable[[], IO[bytes]]
 
 
-def take(submission: Path, folder: Path) -> None:
-    """Put what a submission holds into an empty folder, as plain files that are nobody else's.
+def unpack(submission: Path, folder: Path) -> None:
+    """Write the content of a submission into an empty folder, as new plain files.
 
     Raises
     ------
     InputError
-        It holds anything that a submission must not, or cannot be read.
+        It holds something that a submission must not hold, or cannot be read.
     """
     if submission.is_symlink():
         raise InputError("a symbolic link, which is not followed", expected="a folder or archive")
@@ -63,9 +63,9 @@ def take(submission: Path, folder: Path) -> None:
         if submission.is_dir():
             _copy(submission, folder)
         else:
-            _unpack(submission, folder)
+            _extract(submission, folder)
     except (OSError, EOFError, RuntimeError, ValueError, MemoryError) as error:
-        raise InputError(_short(error)) from None
+        raise InputError(_reason(error)) from None
 
 
 def _copy(source: Path, folder: Path) -> None:
@@ -77,14 +77,14 @@ def _copy(source: Path, folder: Path) -> None:
         raise InputError(large)
     for path in files:
         name = path.relative_to(source)
-        if not _litter(name.parts):
+        if not _is_system_file(name.parts):
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target)
             target.chmod(0o755 if path.stat().st_mode & stat.S_IXUSR else 0o644)
 
 
-def _unpack(archive: Path, folder: Path) -> None:
+def _extract(archive: Path, folder: Path) -> None:
     if archive.stat().st_size > MOST_PACKED:
         raise InputError(f"the archive is larger than {size_text(MOST_PACKED)}")
     read = _zip_entries if archive.name.lower().endswith(".zip") else _tar_entries
@@ -94,7 +94,7 @@ def _unpack(archive: Path, folder: Path) -> None:
     except InputError:
         raise
     except (zipfile.BadZipFile, tarfile.TarError, zlib.error, lzma.LZMAError) as error:
-        raise InputError("the archive cannot be read", got=_short(error)) from None
+        raise InputError("the archive cannot be read", got=_reason(error)) from None
     except NotImplementedError as error:
         raise InputError("the archive is packed in a way we cannot read", got=str(error)) from None
 
@@ -104,10 +104,10 @@ def _write_all(entries: Iterator[_Entry], folder: Path) -> None:
     for count, entry in enumerate(entries, start=1):
         if count > MOST_FILES:
             raise InputError(f"more than {MOST_FILES:,} files in the archive")
-        parts = _parts(entry.name)
+        parts = _safe_parts(entry.name)
         if entry.kind not in ("file", "folder"):
-            raise InputError(f"a {entry.kind} in the archive", where=_shown(entry.name))
-        if _litter(parts):
+            raise InputError(f"a {entry.kind} in the archive", where=_printable(entry.name))
+        if _is_system_file(parts):
             continue
         target = folder.joinpath(*parts)
         try:
@@ -116,13 +116,13 @@ def _write_all(entries: Iterator[_Entry], folder: Path) -> None:
                 continue
             target.parent.mkdir(parents=True, exist_ok=True)
             with target.open("xb") as out, entry.open() as stream:
-                left -= _pour(stream, out, left)
+                left -= _copy_counted(stream, out, left)
         except (FileExistsError, NotADirectoryError):
-            raise InputError("a name stands twice", where=_shown(entry.name)) from None
+            raise InputError("a name stands twice", where=_printable(entry.name)) from None
         target.chmod(0o755 if entry.executable else 0o644)
 
 
-def _pour(stream: IO[bytes], out: IO[bytes], most: int) -> int:
+def _copy_counted(stream: IO[bytes], out: IO[bytes], most: int) -> int:
     """Write a member's bytes, counting; returns how many there were."""
     written = 0
     while block := stream.read(_BLOCK):
@@ -164,20 +164,20 @@ def _tar_entries(path: Path) -> Iterator[_Entry]:
             kind = "file" if member.isreg() else kinds.get(member.type, "device")
             yield _Entry(
                 member.name, kind, bool(member.mode & stat.S_IXUSR),
-                partial(_opened, archive, member),
+                partial(_open_member, archive, member),
             )  # fmt: skip
 
 
-def _opened(archive: tarfile.TarFile, member: tarfile.TarInfo) -> IO[bytes]:
+def _open_member(archive: tarfile.TarFile, member: tarfile.TarInfo) -> IO[bytes]:
     stream = archive.extractfile(member)
     if stream is None:
-        raise InputError("a member without bytes in the archive", where=_shown(member.name))
+        raise InputError("a member without bytes in the archive", where=_printable(member.name))
     return stream
 
 
-def _parts(name: str) -> tuple[str, ...]:
-    """The path of a member below the folder, or why it has none."""
-    where = _shown(name)
+def _safe_parts(name: str) -> tuple[str, ...]:
+    """The path of a member below the folder; refused where it leads elsewhere."""
+    where = _printable(name)
     parts = tuple(part for part in name.split("/") if part not in ("", "."))
     if name.startswith("/") or ":" in name[:2] or "\\" in name or ".." in parts:
         raise InputError("a name that leads out of the archive", where=where)
@@ -188,15 +188,15 @@ def _parts(name: str) -> tuple[str, ...]:
     return parts or (".",)
 
 
-def _litter(parts: tuple[str, ...]) -> bool:
-    return any(part in _LITTER or part.startswith("._") for part in parts)
+def _is_system_file(parts: tuple[str, ...]) -> bool:
+    return any(part in _SYSTEM_FILES or part.startswith("._") for part in parts)
 
 
-def _shown(name: str) -> str:
+def _printable(name: str) -> str:
     return ascii(name)[:120]
 
 
-def _short(error: BaseException) -> str:
+def _reason(error: BaseException) -> str:
     reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
     return " ".join(str(reason).split())[:200]
 

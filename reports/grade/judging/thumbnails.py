@@ -17,15 +17,15 @@ from reports.page.pictures import (
     value_png,
 )
 
-#: The pictures that are drawn, and the file that says of what quantity.
-PICTURES = ("ours", "theirs", "difference")
-DRAWN = "drawn"
+#: The pictures, and the file that names the quantity that they show.
+THUMBNAILS = ("ours", "theirs", "difference")
+QUANTITY_FILE = "quantity"
 #: Largest sides, in pixels.
 _LARGEST = (256, 192)
 _UNIT = Span(np.zeros(1), np.ones(1))
 
 
-def draw(evidence: Evidence, quantity: str, folder: Path) -> None:
+def write_thumbnails(evidence: Evidence, quantity: str, folder: Path) -> None:
     """Write three small pictures of one quantity: ours, theirs, and the difference.
 
     Parameters
@@ -47,6 +47,6 @@ def draw(evidence: Evidence, quantity: str, folder: Path) -> None:
         value_png(name, shrunk(theirs, factor), span),
         ratio_png(evidence.comparison.ratio[name], factor),
     )
-    for which, png in zip(PICTURES, drawn, strict=True):
+    for which, png in zip(THUMBNAILS, drawn, strict=True):
         (folder / f"{which}.png").write_bytes(png)
-    (folder / DRAWN).write_text(name, encoding="ascii")
+    (folder / QUANTITY_FILE).write_text(name, encoding="ascii")

@@ -1,0 +1,1 @@
+"""One submission judged on the scenes of an assignment, and the marks that it earns."""

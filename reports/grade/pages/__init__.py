@@ -1,0 +1,1 @@
+"""The graded class as pages, tables and files for other programs."""
