@@ -16,7 +16,7 @@ from reference.source import Reference
 from reference.verify.options import DEFAULTS, Options
 from reference.verify.results import SceneResult
 from reference.verify.run import verify
-from reports.history.previous import Before
+from reports.history.previous import PreviousRun
 from reports.page.inspector.details import details_of
 from reports.page.report import report_html
 from reports.page.thumbnails import agreement_thumbnail, frame_thumbnail
@@ -54,7 +54,7 @@ class RunOptions:
         Failures that are known, and excused for a time.
     judged : str
         The implementation that is judged, as it was named; empty for minirt itself.
-    before : Before or None
+    previous : PreviousRun or None
         What a history knows of the scenes.
     mutants : MutantMatrix or None
         To be shown in the reports.
@@ -64,7 +64,7 @@ class RunOptions:
     required: Collection[str] = ()
     baseline: Baseline | None = None
     judged: str = ""
-    before: Before | None = None
+    previous: PreviousRun | None = None
     mutants: MutantMatrix | None = None
 
 
@@ -132,7 +132,7 @@ def run_verify(
         folder=folder,
         remarks=tuple(remarks),
         judged=without_passwords(options.judged),
-        before=options.before,
+        previous=options.previous,
         mutants=options.mutants,
     )
     write_reports(run)

@@ -91,7 +91,7 @@ def gate(
     from minirt.render import chosen_quantities
     from reference.diagnose.by_mutant import diagnose
     from reference.verify.options import Callbacks, Options
-    from reports.history.recording import known_before, opened_history, record_run
+    from reports.history.recording import opened_history, previous_run_of, record_run
     from reports.inputs import cache_unless, chosen_scenes, scene_names
     from reports.results.mutant_matrix import read_mutant_matrix
     from reports.results.record import results_document
@@ -111,19 +111,21 @@ def gate(
     kills = None if mutants is None else read_mutant_matrix(mutants)
     name = subject.cmd or subject.python or str(subject.frames)
     with opened_history(history, not no_history, out) as kept:
-        before = known_before(kept, loaded, [judged], name)
+        previous = previous_run_of(kept, loaded, [judged], name)
         with progress("gate") as tell:
             comparison = Options(
                 chosen, required, subject.process_timeout, jobs, cache_unless(no_cache),
                 Callbacks(diagnose=diagnose),
             )  # fmt: skip
-            options = RunOptions(comparison, [judged.name], known, name, before, kills)
+            options = RunOptions(comparison, [judged.name], known, name, previous, kills)
             run = run_verify(loaded, [judged], out, options, tell)
         status, lines = record_run(run, kept)
     for line in lines:
         stderr_console().print(line, soft_wrap=True)
     print_run(run, stderr_console() if json else stdout_console())
-    _look_closer(run, dict(zip(map(id, loaded), scene_names(scenes), strict=True)), subject)
+    _look_closer(
+        run, dict(zip((scene.name for scene in loaded), scene_names(scenes), strict=True)), subject
+    )
     if json:
         print_json(results_document(run))
     if update and baseline is not None and known is not None:
@@ -138,13 +140,14 @@ def gate(
     raise typer.Exit(status)
 
 
-def _look_closer(run: Run, named: dict[int, str], subject: Subject) -> None:
+def _look_closer(run: Run, named: dict[str, str], subject: Subject) -> None:
     """The command that shows the first wrong pixel; from standard input no scene comes twice."""
     from reports.results.findings import failing
 
-    for result, _, check in failing(run.results):
-        if check.worst is not None and check.wrong and named[id(result.scene)] != "-":
-            words = [named[id(result.scene)], "--pixel", check.worst.column, check.worst.row]
+    for cell in failing(run.results):
+        check = cell.check
+        if check.worst is not None and check.wrong and named[cell.scene] != "-":
+            words = [named[cell.scene], "--pixel", check.worst.column, check.worst.row]
             command = shlex.join(["minirt", "explain", *map(str, words), *subject.arguments()])
             stderr_console().print(f"look closer: {command}", soft_wrap=True)
             return

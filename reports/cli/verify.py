@@ -57,7 +57,7 @@ def verify(
 
     get_ready("reports.run")
     from reference.verify.options import Options
-    from reports.history.recording import known_before, opened_history, record_run
+    from reports.history.recording import opened_history, previous_run_of, record_run
     from reports.inputs import cache_unless, chosen_scenes, cluster_at, references_of
     from reports.results.mutant_matrix import read_mutant_matrix
     from reports.results.record import results_document
@@ -68,10 +68,10 @@ def verify(
     loaded = chosen_scenes(scenes)
     kills = None if mutants is None else read_mutant_matrix(mutants)
     with cluster_at(cluster) as workers, opened_history(history, not no_history, out) as kept:
-        before = known_before(kept, loaded, chosen)
+        previous = previous_run_of(kept, loaded, chosen)
         with progress("verify") as tell:
             comparison = Options(timeout=timeout, jobs=jobs, cache=cache_unless(no_cache))
-            options = RunOptions(comparison, required, before=before, mutants=kills)
+            options = RunOptions(comparison, required, previous=previous, mutants=kills)
             run = run_verify(loaded, chosen, out, options, tell, workers)
         status, lines = record_run(run, kept)
     for line in lines:

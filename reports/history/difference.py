@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from minirt.quantities import QUANTITIES
-from reference.compare.check import COMPARED, UNANSWERED, State
-from reports.history.entry import CellEntry, Entry
-from reports.history.previous import CellName
-from reports.results.words import share, times
+from reference.compare.check import COMPARED, UNANSWERED, Check, State
+from reports.history.entry import Entry
+from reports.results.cells import CellName
+from reports.results.words import figure, share
 
 Kind = Literal["worse", "better", "higher", "lower", "changed", "new", "gone"]
 
-#: Kinds in the order in which they are told, with a sign and what they mean.
+#: Kinds in the order in which they are listed, with a sign and what they mean.
 KINDS: dict[Kind, tuple[str, str]] = {
     "worse": ("▲", "a worse state"),
     "better": ("▼", "a better state"),
@@ -33,13 +33,13 @@ _BADNESS: dict[State, int] = {
 
 
 @dataclass(frozen=True)
-class Moved:
+class CellChange:
     """One cell that changed; None where it was not there."""
 
     name: CellName
     kind: Kind
-    before: CellEntry | None
-    after: CellEntry | None
+    before: Check | None
+    after: Check | None
 
     @property
     def regression(self) -> bool:
@@ -54,7 +54,7 @@ class Difference:
     Attributes
     ----------
     first, second : Entry
-    cells : tuple of Moved
+    cells : tuple of CellChange
         Worst news first.
     same : int
         Cells that did not change.
@@ -68,7 +68,7 @@ class Difference:
 
     first: Entry
     second: Entry
-    cells: tuple[Moved, ...]
+    cells: tuple[CellChange, ...]
     same: int
     new: tuple[str, ...]
     gone: tuple[str, ...]
@@ -83,7 +83,7 @@ class Difference:
         return {kind: found.count(kind) for kind in KINDS}
 
     @property
-    def told(self) -> tuple[Moved, ...]:
+    def notable(self) -> tuple[CellChange, ...]:
         """The cells worth a line: of a scene that is wholly new or gone only what fails."""
         whole = {*self.new, *self.gone}
         return tuple(
@@ -106,16 +106,19 @@ def difference(first: Entry, second: Entry) -> Difference:
     renamed = {
         by_hash[sha]: name for name, sha in new.items() if name not in old and sha in by_hash
     }
-    before = {(renamed.get(scene, scene), *rest): c for (scene, *rest), c in first.cells()}
-    after = {(scene, *rest): c for (scene, *rest), c in second.cells()}
+    before: dict[CellName, Check] = {}
+    for cell in first.cells():
+        scene, reference, quantity = cell.name
+        before[renamed.get(scene, scene), reference, quantity] = cell.check
+    after = {cell.name: cell.check for cell in second.cells()}
     names = list(dict.fromkeys([*after, *before]))
-    moved = [_moved(name, before.get(name), after.get(name)) for name in names]  # type: ignore[arg-type]
-    told = [cell for cell in moved if cell is not None]
+    compared = [_change(name, before.get(name), after.get(name)) for name in names]
+    changed = [change for change in compared if change is not None]
     return Difference(
         first=first,
         second=second,
-        cells=tuple(sorted(told, key=_order)),
-        same=len(names) - len(told),
+        cells=tuple(sorted(changed, key=_order)),
+        same=len(names) - len(changed),
         new=tuple(n for n in new if n not in old and n not in renamed.values()),
         gone=tuple(n for n in old if n not in new and n not in renamed),
         renamed=tuple(renamed.items()),
@@ -124,50 +127,36 @@ def difference(first: Entry, second: Entry) -> Difference:
     )
 
 
-def figure_of(cell: CellEntry) -> str:
-    """What a cell shows beside its icon: 0.42×, equal, 7 px, 14×, 98.10 % certain, missing."""
-    if cell.state == "passed":
-        discrete = QUANTITIES[cell.quantity].discrete if cell.quantity in QUANTITIES else False
-        return "none" if not cell.compared else "equal" if discrete else times(cell.ratio or 0.0)
-    if cell.state not in ("failed", "known"):
-        return cell.state
-    if not cell.wrong:
-        return f"{share(cell.certain, cell.pixels)} certain" if cell.pixels else "unusable"
-    known = "known: " if cell.state == "known" else ""
-    finite = cell.ratio is not None and cell.ratio < float("inf")
-    return f"{known}{cell.wrong} px" + (f", {times(cell.ratio or 0.0)}" if finite else "")
+def _fails(check: Check) -> bool:
+    return check.state in ("failed", *UNANSWERED)
 
 
-def _fails(cell: CellEntry) -> bool:
-    return cell.state in ("failed", *UNANSWERED)
-
-
-def _order(cell: Moved) -> tuple[int, int]:
+def _order(cell: CellChange) -> tuple[int, int]:
     """Worst news first, then as the rays go; scenes and references stay in their order."""
     quantity = cell.name[2]
     place = list(QUANTITIES).index(quantity) if quantity in QUANTITIES else len(QUANTITIES)
     return list(KINDS).index(cell.kind), place
 
 
-def _moved(name: CellName, before: CellEntry | None, after: CellEntry | None) -> Moved | None:
-    """How a cell moved; None where it shows the same as before."""
+def _change(name: CellName, before: Check | None, after: Check | None) -> CellChange | None:
+    """How a cell changed; None where it shows the same as before."""
     if before is None or after is None:
-        return Moved(name, "new" if before is None else "gone", before, after)
+        return CellChange(name, "new" if before is None else "gone", before, after)
     kind: Kind
     if before.state != after.state:
         kind = _kind_of(before.state, after.state)
-    elif figure_of(before) != figure_of(after):
+    elif figure(before) != figure(after):
         was_so, is_so = ((c.wrong, c.ratio or 0.0) for c in (before, after))
         kind = "higher" if is_so > was_so else "lower" if is_so < was_so else "changed"
     elif share(before.certain, before.pixels) != share(after.certain, after.pixels):
         kind = "changed"
     else:
         return None
-    return Moved(name, kind, before, after)
+    return CellChange(name, kind, before, after)
 
 
 def _kind_of(before: State, after: State) -> Kind:
-    """Which way a state went: a failure of which nobody speaks any more is no better for it."""
+    """Which way a state went: a failure that is no longer compared has not become better."""
     was, now = _BADNESS[before], _BADNESS[after]
     if now > was:
         return "worse"

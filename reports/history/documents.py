@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from reference.compare.check import Check
 from reports.history.difference import Difference
-from reports.history.entry import CellEntry, Entry
+from reports.history.entry import Entry, kept_fields
 from reports.history.previous import Point
 from reports.history.trends import changes_of
 from reports.results.json_model import spelled
@@ -29,7 +30,7 @@ def difference_document(found: Difference) -> dict[str, Any]:
         "cells": [
             {
                 "scene": cell.name[0], "reference": cell.name[1], "quantity": cell.name[2],
-                "kind": cell.kind, "before": _cell(cell.before), "after": _cell(cell.after),
+                "kind": cell.kind, "before": _check(cell.before), "after": _check(cell.after),
             }
             for cell in found.cells
         ],
@@ -53,5 +54,5 @@ def _run(entry: Entry) -> dict[str, Any]:
     return {name: getattr(entry, name) for name in kept}
 
 
-def _cell(cell: CellEntry | None) -> dict[str, Any] | None:
-    return None if cell is None else {k: spelled(v) for k, v in asdict(cell).items()}
+def _check(check: Check | None) -> dict[str, Any] | None:
+    return None if check is None else {k: spelled(v) for k, v in kept_fields(check).items()}

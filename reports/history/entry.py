@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from reference.compare.check import COMPARED, UNANSWERED, State
-from reports.history.previous import CellName
+from minirt.quantities import QUANTITIES, STAGES
+from reference.compare.check import COMPARED, UNANSWERED, Check, State
+from reports.results.cells import Cell
 from reports.results.json_model import Number
 from reports.results.reading import read_results
 from reports.results.schema import AnswerModel, CheckModel, ResultsModel, SceneModel
@@ -18,23 +19,12 @@ from reports.results.words import one_line, plain
 
 #: Longest name of a scene or a reference in a history; longer ones are cut.
 LONGEST_NAME = 255
-#: Reasons for what a reference does not give are the same every night and are not kept.
-_TOLD: tuple[State, ...] = ("failed", "known", *UNANSWERED)
-
-
-@dataclass(frozen=True)
-class CellEntry:
-    """One quantity of one scene against one reference; fields as in the results document."""
-
-    quantity: str
-    state: State
-    ratio: float | None
-    pixels: int
-    certain: int
-    compared: int
-    wrong: int
-    first_wrong: int
-    reason: str
+#: The fields of a check that a history keeps.
+KEPT = (
+    "quantity", "state", "ratio", "pixels", "certain", "compared", "wrong", "first_wrong", "reason",
+)  # fmt: skip
+#: States whose reason is kept; why a reference does not give something is the same every night.
+_WITH_REASON: tuple[State, ...] = ("failed", "known", *UNANSWERED)
 
 
 @dataclass(frozen=True)
@@ -44,7 +34,7 @@ class AnswerEntry:
     reference: str
     program: str
     seconds: float
-    cells: tuple[CellEntry, ...]
+    checks: tuple[Check, ...]
 
 
 @dataclass(frozen=True)
@@ -64,7 +54,7 @@ class SceneEntry:
     @property
     def ratio(self) -> float | None:
         """The worst error over tolerance of all cells; None where nothing was compared."""
-        found = [c.ratio for a in self.answers for c in a.cells if c.ratio is not None]
+        found = [c.ratio for a in self.answers for c in a.checks if c.ratio is not None]
         return max(found, default=None)
 
 
@@ -110,12 +100,12 @@ class Entry:
         """Runs of one series asked the same question, so that their numbers can be compared."""
         return series_of(self.judged, self.references)
 
-    def cells(self) -> Iterator[tuple[CellName, CellEntry]]:
-        """Every cell with the names of its scene, its reference and its quantity."""
+    def cells(self) -> Iterator[Cell]:
+        """Every cell, in the order of scenes and references."""
         for scene in self.scenes:
             for answer in scene.answers:
-                for cell in answer.cells:
-                    yield (scene.name, answer.reference, cell.quantity), cell
+                for check in answer.checks:
+                    yield Cell(scene.name, answer.reference, check)
 
 
 def series_of(judged: str, references: tuple[str, ...] | list[str]) -> str:
@@ -195,13 +185,13 @@ def _scene(scene: SceneModel) -> SceneEntry:
 
 
 def _answer(answer: AnswerModel) -> AnswerEntry:
-    cells = tuple(map(_cell, answer.checks))
-    return AnswerEntry(kept_name(answer.reference), plain(answer.program), answer.seconds, cells)
+    checks = tuple(map(_check, answer.checks))
+    return AnswerEntry(kept_name(answer.reference), plain(answer.program), answer.seconds, checks)
 
 
-def _cell(check: CheckModel) -> CellEntry:
+def _check(check: CheckModel) -> Check:
     compared = check.state in COMPARED and check.worst is not None
-    return CellEntry(
+    return kept_check(
         quantity=check.quantity,
         state=check.state,
         ratio=_float(check.worst.ratio) if compared and check.worst else None,
@@ -210,8 +200,19 @@ def _cell(check: CheckModel) -> CellEntry:
         compared=check.compared,
         wrong=check.wrong,
         first_wrong=check.first_wrong,
-        reason=one_line(check.reason) if check.state in _TOLD else "",
+        reason=one_line(check.reason) if check.state in _WITH_REASON else "",
     )
+
+
+def kept_check(quantity: str, **fields: Any) -> Check:
+    """A check of the fields that a history keeps: the worst pixel and similarities are not."""
+    known = QUANTITIES.get(quantity)  # a newer minirt may have had others
+    return Check(quantity, known.stage if known else STAGES[-1], **fields)
+
+
+def kept_fields(check: Check) -> dict[str, Any]:
+    """What a history keeps of a check, as its tables and `minirt report --json` name it."""
+    return {name: getattr(check, name) for name in KEPT}
 
 
 def _float(number: Number) -> float | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from reports.history.difference import KINDS, Difference, Moved
+from reports.history.difference import KINDS, CellChange, Difference
 from reports.history.text import (
-    cell_in_words,
+    check_in_words,
     run_in_words,
     scenes_in_words,
     sentence_of,
@@ -41,14 +41,14 @@ def compare_html(found: Difference) -> str:
         scenes=scenes_in_words(found),
         kinds=kinds,
         groups=list(_groups(found)),
-        left=max(0, len(found.told) - MOST_CELLS),
+        left=max(0, len(found.notable) - MOST_CELLS),
     )
 
 
 def _groups(found: Difference) -> Iterator[dict[str, Any]]:
     """The changed cells of each scene, scenes with the worst news first."""
-    by_scene: dict[str, list[Moved]] = {}
-    for cell in found.told[:MOST_CELLS]:
+    by_scene: dict[str, list[CellChange]] = {}
+    for cell in found.notable[:MOST_CELLS]:
         by_scene.setdefault(cell.name[0], []).append(cell)
     for scene, cells in by_scene.items():
         yield {
@@ -59,8 +59,8 @@ def _groups(found: Difference) -> Iterator[dict[str, Any]]:
                     "quantity": cell.name[2],
                     "kind": cell.kind,
                     "sign": KINDS[cell.kind][0],
-                    "before": cell_in_words(cell.before),
-                    "after": cell_in_words(cell.after),
+                    "before": check_in_words(cell.before),
+                    "after": check_in_words(cell.after),
                     "reason": cell.after.reason if cell.after is not None else "",
                     "bad": cell.regression,
                 }

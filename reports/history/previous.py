@@ -1,22 +1,12 @@
-"""What earlier runs of the same scenes said: the page of a run sets its own cells beside it."""
+"""What a history knows of earlier runs of the same scenes; a run's page compares itself with it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from reference.compare.check import State
-
-#: Names of a scene, a reference and a quantity.
-CellName = tuple[str, str, str]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """How one cell stood: its state and its worst error over the tolerance, where it has one."""
-
-    state: State
-    ratio: float | None
+from reference.compare.check import Check
+from reports.results.cells import CellName
 
 
 @dataclass(frozen=True)
@@ -51,7 +41,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Before:
+class PreviousRun:
     """What a history knows of the scenes of a run, before that run.
 
     Attributes
@@ -59,7 +49,7 @@ class Before:
     last : Point or None
         The previous run as a whole, its `ratio` None; None where there was none.
     cells : mapping
-        The cells of the previous run.
+        The checks of the previous run, as far as a history keeps them.
     scenes : mapping
         SHA-256 of each scene of the previous run, by name: new, removed, renamed (another name
         for the same hash) and altered scenes follow from it.
@@ -68,6 +58,6 @@ class Before:
     """
 
     last: Point | None
-    cells: Mapping[CellName, Standing]
+    cells: Mapping[CellName, Check]
     scenes: Mapping[str, str]
     trends: Mapping[str, tuple[Point, ...]]

@@ -12,7 +12,7 @@ from minirt.scene import Scene
 from reference.source import Reference
 from reports.history import HISTORY_FILE
 from reports.history.entry import entry_of
-from reports.history.previous import Before
+from reports.history.previous import PreviousRun
 from reports.results.provenance import without_passwords
 from reports.results.record import Run, results_document
 from reports.results.words import one_line
@@ -48,18 +48,18 @@ def opened_history(target: str, wanted: bool, out: Path) -> Iterator[History | N
         yield history
 
 
-def known_before(
+def previous_run_of(
     history: History | None,
     scenes: Sequence[Scene],
     references: Sequence[Reference],
     judged: str = "",
-) -> Before | None:
+) -> PreviousRun | None:
     """What a history knows of a run's scenes."""
     if history is None:
         return None
     wanted = [(scene.name, scene.sha256) for scene in scenes]
     names = [reference.name for reference in references]
-    return history.before(wanted, without_passwords(judged), names)
+    return history.previous_run(wanted, without_passwords(judged), names)
 
 
 def record_run(run: Run, history: History | None) -> tuple[int, list[str]]:

@@ -8,7 +8,8 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, select
 
-from reports.history.entry import AnswerEntry, CellEntry, Entry, SceneEntry
+from reference.compare.check import Check
+from reports.history.entry import KEPT, AnswerEntry, Entry, SceneEntry, kept_check, kept_fields
 from reports.history.tables import answers, cells, runs, scenes
 
 
@@ -32,9 +33,9 @@ def answer_row(answer: AnswerEntry, scene: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def cell_row(cell: CellEntry, answer: int) -> dict[str, Any]:
+def cell_row(check: Check, answer: int) -> dict[str, Any]:
     """The row of a cell."""
-    return {"answer_id": answer, **vars(cell)}
+    return {"answer_id": answer, **kept_fields(check)}
 
 
 def entry_from(connection: Connection, number: int) -> Entry:
@@ -63,20 +64,17 @@ def _answers(connection: Connection, number: int) -> dict[int, list[AnswerEntry]
     for _, group in groupby(rows, key=lambda row: row.id):
         lines = list(group)
         first = lines[0]
-        answer = AnswerEntry(first.reference, first.program, first.seconds, tuple(_cells(lines)))
+        answer = AnswerEntry(first.reference, first.program, first.seconds, tuple(_checks(lines)))
         found.setdefault(first.scene_id, []).append(answer)
     return found
 
 
-def _cells(rows: Iterable[Row[Any]]) -> list[CellEntry]:
+def _checks(rows: Iterable[Row[Any]]) -> list[Check]:
     return [
-        CellEntry(
-            row.quantity, row.state, row.ratio, row.pixels, row.certain,
-            row.compared, row.wrong, row.first_wrong, row.reason,
-        )
+        kept_check(**{name: getattr(row, name) for name in KEPT})
         for row in rows
         if row.quantity is not None
-    ]  # fmt: skip
+    ]
 
 
 def _scene(row: Row[Any], below: dict[int, list[AnswerEntry]]) -> SceneEntry:

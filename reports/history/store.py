@@ -31,7 +31,7 @@ from sqlalchemy.exc import IntegrityError
 from minirt.errors import InputError
 from reports.history.entry import Entry, kept_name, series_of
 from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, read_only, telling
-from reports.history.previous import Before, Point, Standing
+from reports.history.previous import Point, PreviousRun
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
 from reports.history.tables import VERSION, VERSION_TABLE, answers, cells, runs, scenes
 
@@ -187,9 +187,9 @@ class History:
                     found[name] = {s: tuple(reversed(p)) for s, p in by_series.items()}
         return found
 
-    def before(
+    def previous_run(
         self, wanted: Sequence[tuple[str, str]], judged: str, references: Sequence[str]
-    ) -> Before:
+    ) -> PreviousRun:
         """What is known of scenes before a run that is about to begin.
 
         Parameters
@@ -202,15 +202,15 @@ class History:
         series = series_of(judged, list(map(kept_name, references)))
         number = self.latest(series)
         if number is None:
-            return Before(None, {}, {}, {})
+            return PreviousRun(None, {}, {}, {})
         last = self.entry(number)
         real = {kept_name(name): name for name, _ in wanted}
         found = self.trends(real, series, MOST_POINTS)
-        return Before(
+        return PreviousRun(
             last=Point(number, last.started, last.commit, last.outcome, None),
             cells={
-                (real.get(name, name), reference, quantity): Standing(cell.state, cell.ratio)
-                for (name, reference, quantity), cell in last.cells()
+                (real.get(cell.scene, cell.scene), cell.reference, cell.check.quantity): cell.check
+                for cell in last.cells()
             },
             scenes={real.get(scene.name, scene.name): scene.sha256 for scene in last.scenes},
             trends={real[name]: points[series] for name, points in found.items()},
@@ -257,8 +257,8 @@ def _insert(connection: Connection, entry: Entry) -> int:
         place = _added(connection, scenes, scene_row(scene, number))
         for answer in scene.answers:
             below = _added(connection, answers, answer_row(answer, place))
-            if answer.cells:
-                rows = [cell_row(cell, below) for cell in answer.cells]
+            if answer.checks:
+                rows = [cell_row(check, below) for check in answer.checks]
                 connection.execute(insert(cells), rows)
     return number
 

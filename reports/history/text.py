@@ -9,11 +9,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reports.history.difference import KINDS, Difference, Kind, Moved, figure_of
-from reports.history.entry import CellEntry, Entry
+from reference.compare.check import Check
+from reports.history.difference import KINDS, CellChange, Difference, Kind
+from reports.history.entry import Entry
 from reports.history.previous import Point
 from reports.history.trends import HIGHEST, LOWEST, Change
-from reports.results.words import ICONS, count, one_line, share, times
+from reports.results.words import ICONS, count, figure, one_line, share, times
 
 #: Cells of one kind that are listed one by one; the page has them all.
 MOST_LINES = 30
@@ -32,7 +33,7 @@ def print_difference(found: Difference, console: Console) -> None:
     for line in scenes_in_words(found):
         _say(console, Text(line))
     for kind, (sign, _) in KINDS.items():
-        cells = [cell for cell in found.told if cell.kind == kind]
+        cells = [cell for cell in found.notable if cell.kind == kind]
         for cell in cells[:MOST_LINES]:
             _say(console, Text(cell_line(cell), _STYLES.get(kind, "")))
         if len(cells) > MOST_LINES:
@@ -71,21 +72,21 @@ def scenes_in_words(found: Difference) -> list[str]:
     return [one_line(line, 1000) for line in lines]
 
 
-def cell_line(cell: Moved) -> str:
+def cell_line(cell: CellChange) -> str:
     """One cell: the sign, where, before and after, and why it fails."""
     sign, _ = KINDS[cell.kind]
     place = " × ".join(map(one_line, cell.name))
-    was, now = (cell_in_words(each) for each in (cell.before, cell.after))
+    was, now = (check_in_words(each) for each in (cell.before, cell.after))
     reason = cell.after.reason if cell.after is not None and cell.kind == "worse" else ""
     return f"{sign} {place}: {was} → {now}" + (f"; {one_line(reason)}" if reason else "")
 
 
-def cell_in_words(cell: CellEntry | None) -> str:
-    """A cell's icon and figure, and its share of certain pixels where it was compared."""
-    if cell is None:
+def check_in_words(check: Check | None) -> str:
+    """A check's icon and figure, and its share of certain pixels where it was compared."""
+    if check is None:
         return "none"
-    certain = f" ({share(cell.certain, cell.pixels)} certain)" if cell.pixels else ""
-    return f"{ICONS[cell.state]} {figure_of(cell)}{certain}"
+    certain = f" ({share(check.certain, check.pixels)} certain)" if check.pixels else ""
+    return f"{ICONS[check.state]} {figure(check)}{certain}"
 
 
 def run_in_words(entry: Entry) -> str:

@@ -10,7 +10,6 @@ from reports.history.difference import difference
 from reports.history.entry import Entry
 from reports.history.pages import rendered
 from reports.history.previous import Point
-from reports.history.sparkline import HEIGHT, WIDTH, sparkline
 from reports.history.store import History
 from reports.history.text import (
     SCENE_ICONS,
@@ -22,6 +21,7 @@ from reports.history.text import (
 )
 from reports.history.trends import Change, changes_of
 from reports.nightly.night import Night, nights, unreadable, write
+from reports.nightly.sparkline import HEIGHT, WIDTH, sparkline
 from reports.nightly.steps import previous_run
 from reports.results.summary import escaped
 from reports.results.words import count, times
@@ -111,9 +111,9 @@ def _since(history: History, entry: Entry, number: int) -> list[str]:
     commits = f"{(before.commit or 'none')[:10]} → {(entry.commit or 'none')[:10]}"
     lines = [f"## Since run {before.number} ({commits}): {escaped(verdict_of(found))}", ""]
     lines += [f"- {escaped(line)}" for line in (f"{sentence_of(found)}.", *scenes_in_words(found))]
-    lines += [f"- {escaped(cell_line(cell))}" for cell in found.told[:MOST_CELLS]]
-    if len(found.told) > MOST_CELLS:
-        lines.append(f"- … and {len(found.told) - MOST_CELLS} more in `compare.html`")
+    lines += [f"- {escaped(cell_line(cell))}" for cell in found.notable[:MOST_CELLS]]
+    if len(found.notable) > MOST_CELLS:
+        lines.append(f"- … and {len(found.notable) - MOST_CELLS} more in `compare.html`")
     return [*lines, ""]
 
 

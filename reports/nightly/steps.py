@@ -24,7 +24,7 @@ from reports.fuzz.case import write_case
 from reports.history.difference import difference
 from reports.history.entry import Entry, read_entry
 from reports.history.pages import compare_html
-from reports.history.recording import known_before
+from reports.history.recording import previous_run_of
 from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.nightly.night import Night, StepModel, write
@@ -82,7 +82,7 @@ def verify_step(night: Night, job: Job, history: History, tell: Progress) -> Ste
         options = RunOptions(
             Options(timeout=job.timeout, jobs=job.jobs),
             job.required,
-            before=known_before(history, job.scenes, job.references),
+            previous=previous_run_of(history, job.scenes, job.references),
             mutants=read_mutant_matrix(kills) if kills.exists() else None,
         )
         run_verify(

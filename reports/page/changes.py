@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 
 from reference.compare.check import COMPARED, Check
 from reference.verify.results import SceneResult
-from reports.history.previous import Before, CellName, Point, Standing
+from reports.history.previous import Point, PreviousRun
 from reports.history.trends import Change, changes_of
-from reports.page.matrix import Cell
-from reports.results.findings import checks_of, scene_state, worst_check
+from reports.page.matrix import MatrixCell
+from reports.results.cells import CellName, cells_of, worst_check
+from reports.results.findings import checks_of, scene_state
 from reports.results.words import count, listed, one_line, times
 
 #: A worst error that grows or shrinks by less than this factor has not changed.
@@ -38,22 +39,22 @@ class News:
     renamed: tuple[tuple[str, str], ...]
 
 
-def scene_news(before: Before, results: Sequence[SceneResult]) -> News:
+def scene_news(previous: PreviousRun, results: Sequence[SceneResult]) -> News:
     """Which scenes came, went, changed their name or their content."""
     now = {result.scene.name: result.scene.sha256 for result in results}
-    gone = {sha: name for name, sha in before.scenes.items() if name not in now}
-    came = {name: sha for name, sha in now.items() if name not in before.scenes}
+    gone = {sha: name for name, sha in previous.scenes.items() if name not in now}
+    came = {name: sha for name, sha in now.items() if name not in previous.scenes}
     renamed = tuple((gone[sha], name) for name, sha in came.items() if sha in gone)
     old = {name for name, _ in renamed}
     return News(
         new=tuple(name for name, sha in came.items() if sha not in gone),
         removed=tuple(name for name in gone.values() if name not in old),
-        altered=tuple(n for n, sha in now.items() if before.scenes.get(n, sha) != sha),
+        altered=tuple(n for n, sha in now.items() if previous.scenes.get(n, sha) != sha),
         renamed=renamed,
     )
 
 
-def arrow(check: Check, was: Standing | None) -> str:
+def arrow(check: Check, was: Check | None) -> str:
     """▲ where a cell is worse than it was, ▼ where it is better, nothing where it is neither."""
     if was is None or was.state not in COMPARED or check.state not in COMPARED:
         return ""
@@ -66,7 +67,7 @@ def arrow(check: Check, was: Standing | None) -> str:
     return "▼" if now * _SAME < then else ""
 
 
-def with_arrow(cell: Cell, check: Check, was: Standing | None) -> Cell:
+def with_arrow(cell: MatrixCell, check: Check, was: Check | None) -> MatrixCell:
     """A cell of the matrix that says how it has changed."""
     sign = arrow(check, was)
     if not sign or was is None:
@@ -76,28 +77,24 @@ def with_arrow(cell: Cell, check: Check, was: Standing | None) -> Cell:
     return replace(cell, arrow=sign, title=f"{cell.title}; {word}: it was {was.state}{ratio}")
 
 
-def arrows(before: Before, results: Sequence[SceneResult]) -> dict[CellName, str]:
+def arrows(previous: PreviousRun, results: Sequence[SceneResult]) -> dict[CellName, str]:
     """The cells that have changed, each with its arrow."""
-    found = {
-        (result.scene.name, answer.reference, check.quantity): check
-        for result in results
-        for answer in result.references
-        for check in answer.checks
+    signs = {
+        cell.name: arrow(cell.check, previous.cells.get(cell.name)) for cell in cells_of(results)
     }
-    signs = {name: arrow(check, before.cells.get(name)) for name, check in found.items()}
     return {name: sign for name, sign in signs.items() if sign}
 
 
-def before_in_words(before: Before, results: Sequence[SceneResult]) -> list[str]:
+def previous_in_words(previous: PreviousRun, results: Sequence[SceneResult]) -> list[str]:
     """Sentences against the previous run; none where there was none."""
-    if before.last is None:
+    if previous.last is None:
         return []
-    signs = list(arrows(before, results).values())
+    signs = list(arrows(previous, results).values())
     worse, better = signs.count("▲"), signs.count("▼")
-    commit = f", commit {before.last.commit[:10]}" if before.last.commit else ""
+    commit = f", commit {previous.last.commit[:10]}" if previous.last.commit else ""
     change = f"{count(worse, 'cell')} worse, {better} better" if signs else "no cell has changed"
-    lines = [f"Against the run of {before.last.started}{commit}: {change}."]
-    return lines + list(_news_in_words(scene_news(before, results)))
+    lines = [f"Against the run of {previous.last.started}{commit}: {change}."]
+    return lines + list(_news_in_words(scene_news(previous, results)))
 
 
 def _news_in_words(news: News) -> Iterator[str]:
@@ -109,12 +106,12 @@ def _news_in_words(news: News) -> Iterator[str]:
             yield f"{word}: {listed([one_line(name, 80) for name in names])}."
 
 
-def tags_against(before: Before, results: Sequence[SceneResult]) -> Mapping[str, list[str]]:
+def tags_against(previous: PreviousRun, results: Sequence[SceneResult]) -> Mapping[str, list[str]]:
     """`new` and `changed` by the name of each scene that is."""
-    if before.last is None:
+    if previous.last is None:
         return {}
-    news = scene_news(before, results)
-    changed = {name[0] for name in arrows(before, results)} | set(news.altered)
+    news = scene_news(previous, results)
+    changed = {name[0] for name in arrows(previous, results)} | set(news.altered)
     fresh = {*news.new, *(new for _, new in news.renamed)}
     names = [result.scene.name for result in results]
     return {
@@ -151,9 +148,9 @@ class Trend:
     height: int = _HEIGHT
 
 
-def trend_of(before: Before, result: SceneResult, commit: str | None) -> Trend | None:
+def trend_of(previous: PreviousRun, result: SceneResult, commit: str | None) -> Trend | None:
     """How a scene did in earlier runs and does now; None where there were none."""
-    earlier = before.trends.get(result.scene.name, ())
+    earlier = previous.trends.get(result.scene.name, ())
     if not earlier:
         return None
     worst = worst_check(checks_of([result]))

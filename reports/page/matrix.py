@@ -22,7 +22,7 @@ _SHORT = {"equal": "="}
 
 
 @dataclass(frozen=True)
-class Cell:
+class MatrixCell:
     """One cell of the matrix.
 
     Attributes
@@ -55,11 +55,11 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Row:
+class MatrixRow:
     """One reference on one scene."""
 
     reference: str
-    cells: tuple[Cell, ...]
+    cells: tuple[MatrixCell, ...]
 
 
 def stage_columns(names: Sequence[str]) -> list[tuple[str, int, str]]:
@@ -74,28 +74,28 @@ def anchor(number: int, result: SceneResult) -> str:
     return f"scene-{number}-{slug}".rstrip("-")
 
 
-def matrix_row(answer: ReferenceResult, names: Sequence[str], section: str) -> Row:
+def matrix_row(answer: ReferenceResult, names: Sequence[str], section: str) -> MatrixRow:
     """The cells of one reference on one scene, in the order of `names`."""
     checks = {check.quantity: check for check in answer.checks}
     only = {(check.state, check.reason) for check in answer.checks}
     first = answer.checks[0]
     if len(only) == 1 and first.state not in COMPARED:
         cell = _cell(first, "")
-        return Row(answer.reference, (_across(cell, first, len(names)),))
-    return Row(answer.reference, tuple(_cell(checks[name], section) for name in names))
+        return MatrixRow(answer.reference, (_across(cell, first, len(names)),))
+    return MatrixRow(answer.reference, tuple(_cell(checks[name], section) for name in names))
 
 
-def _across(cell: Cell, check: Check, span: int) -> Cell:
+def _across(cell: MatrixCell, check: Check, span: int) -> MatrixCell:
     text = f"{check.state}: {check.reason}" if check.reason else check.state
-    return Cell(cell.kind, cell.icon, text, "", "", span=span)
+    return MatrixCell(cell.kind, cell.icon, text, "", "", span=span)
 
 
-def _cell(check: Check, section: str) -> Cell:
+def _cell(check: Check, section: str) -> MatrixCell:
     bar = min(1.0, check.ratio or 0.0)
     href = f"#{section}-{check.quantity}" if check.state == "failed" else ""
     title = f"{check.quantity}: {sentence(check)}"
     text = "" if kind(check) in ("none", "known") else _SHORT.get(figure(check), figure(check))
-    return Cell(kind(check), icon(check), text, check.state, title, bar, 1, href)
+    return MatrixCell(kind(check), icon(check), text, check.state, title, bar, 1, href)
 
 
 def kind(check: Check) -> str:

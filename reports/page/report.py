@@ -8,8 +8,8 @@ from typing import Any
 from minirt.quantities import QUANTITIES, STAGES
 from reference.compare.check import CERTAIN_FLOOR
 from reference.compare.stability import KAPPA
-from reference.verify.results import SceneResult
-from reports.page.changes import before_in_words
+from reference.verify.results import ReferenceResult, SceneResult
+from reports.page.changes import previous_in_words
 from reports.page.colors import HATCH, RING, SOURCES, band_legend, css, viridis
 from reports.page.data import Pool, has_pictures, page_data
 from reports.page.matrix import anchor, kind, stage_columns
@@ -69,7 +69,7 @@ def report_html(run: Run) -> str:
         script=[f"scripts/{part}.js" for part in _SCRIPT],
         compared=any(has_pictures(a) for r in run.results for a in r.references),
         filters=_filters(run),
-        before=[] if run.before is None else before_in_words(run.before, run.results),
+        before=[] if run.previous is None else previous_in_words(run.previous, run.results),
         stage_names=list(STAGES),
         rules=_rules(run),
         programs=programs(run),
@@ -88,19 +88,23 @@ def report_html(run: Run) -> str:
 
 def _failing(run: Run) -> list[dict[str, Any]]:
     """A line for each failing check, faults before what follows from them."""
-    anchors = {id(result): anchor(k, result) for k, result in enumerate(run.results, start=1)}
+    sections: dict[str, str] = {}
+    answers: dict[tuple[str, str], ReferenceResult] = {}
+    for k, result in enumerate(run.results, start=1):
+        sections[result.scene.name] = anchor(k, result)
+        answers |= {(result.scene.name, answer.reference): answer for answer in result.references}
     return [
         {
-            "href": f"#{anchors[id(result)]}-{check.quantity}",
-            "scene": result.scene.name,
-            "reference": answer.reference,
-            "quantity": check.quantity,
-            "kind": kind(check),
-            "what": f"{icon(check)} {figure(check)}",
-            "detail": worst_in_words(check) if check.wrong else check.reason,
-            "look": look_at(anchors[id(result)], answer, check),
+            "href": f"#{sections[cell.scene]}-{cell.check.quantity}",
+            "scene": cell.scene,
+            "reference": cell.reference,
+            "quantity": cell.check.quantity,
+            "kind": kind(cell.check),
+            "what": f"{icon(cell.check)} {figure(cell.check)}",
+            "detail": worst_in_words(cell.check) if cell.check.wrong else cell.check.reason,
+            "look": look_at(sections[cell.scene], answers[cell.scene, cell.reference], cell.check),
         }
-        for result, answer, check in failing(run.results)
+        for cell in failing(run.results)
     ]
 
 

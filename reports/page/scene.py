@@ -17,16 +17,14 @@ from reports.page.changes import tags_against, trend_of, with_arrow
 from reports.page.colors import legend_of
 from reports.page.data import Pool
 from reports.page.inspector.details import Details, Pictures, deserves_full_size
-from reports.page.matrix import CAUSAL, Row, anchor, facts, kind, matrix_row, scene_headline
+from reports.page.matrix import CAUSAL, MatrixRow, anchor, facts, kind, matrix_row, scene_headline
 from reports.page.pictures import has_scale
 from reports.page.thumbnails import Thumbnail
+from reports.results.cells import first_wrong_stage, least_certain, worst_check
 from reports.results.findings import (
     answer_state,
     checks_of,
-    first_wrong_stage,
-    least_certain,
     scene_state,
-    worst_check,
 )
 from reports.results.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
 from reports.results.record import Run
@@ -62,7 +60,7 @@ def scene_entry(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict
         "state": scene_state(result),
         "headline": scene_headline(result) + (f"; first wrong stage: {stage}" if stage else ""),
         "rows": [_row(run, result, answer, names, section) for answer in result.references],
-        "trend": run.before and trend_of(run.before, result, run.provenance.commit),
+        "trend": run.previous and trend_of(run.previous, result, run.provenance.commit),
         "tags": " ".join([*_tags(result), *against(run).get(result.scene.name, [])]),
         "worst": _worst(result),
         "certain": _certain(result),
@@ -81,19 +79,19 @@ def scene_entry(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict
 
 def _row(
     run: Run, result: SceneResult, answer: ReferenceResult, names: list[str], section: str
-) -> Row:
+) -> MatrixRow:
     """A row of the matrix, with arrows where cells have changed."""
     row = matrix_row(answer, names, section)
-    if run.before is None or len(row.cells) != len(names):
+    if run.previous is None or len(row.cells) != len(names):
         return row
     checks = {check.quantity: check for check in answer.checks}
     cells = (
         with_arrow(
-            cell, checks[name], run.before.cells.get((result.scene.name, answer.reference, name))
+            cell, checks[name], run.previous.cells.get((result.scene.name, answer.reference, name))
         )
         for name, cell in zip(names, row.cells, strict=True)
     )
-    return Row(row.reference, tuple(cells))
+    return MatrixRow(row.reference, tuple(cells))
 
 
 def _tags(result: SceneResult) -> list[str]:
@@ -277,4 +275,4 @@ def _not_compared(result: SceneResult) -> list[tuple[str, str, str, str]]:
 
 def against(run: Run) -> Mapping[str, list[str]]:
     """`new` and `changed` by the name of each scene that is; empty without a previous run."""
-    return {} if run.before is None else tags_against(run.before, run.results)
+    return {} if run.previous is None else tags_against(run.previous, run.results)

@@ -6,15 +6,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from minirt.quantities import STAGES
 from reference.compare.check import COMPARED, UNANSWERED, Check, State
 from reference.verify.results import ReferenceResult, SceneResult
+from reports.results.cells import Cell, cells_of, first_wrong_stage, least_certain, worst_check
 from reports.results.words import STATES, is_consequence, share, times
 
 SceneState = Literal["failed", "incomplete", "passed", "not compared"]
-
-#: One check, with the scene and the reference it belongs to.
-Finding = tuple[SceneResult, ReferenceResult, Check]
 
 
 def scene_state(result: SceneResult) -> SceneState:
@@ -47,41 +44,16 @@ def scene_counts(results: Iterable[SceneResult]) -> dict[SceneState, int]:
     return {state: found.count(state) for state in states}
 
 
-def first_wrong_stage(checks: Iterable[Check]) -> str:
-    """The earliest stage at which any pixel is wrong; empty where none is."""
-    wrong = {check.stage for check in checks if check.first_wrong}
-    return next((stage for stage in STAGES if stage in wrong), "")
-
-
 def answer_state(answer: ReferenceResult) -> State:
     """How one reference did on one scene: its worst news."""
     found = {check.state for check in answer.checks}
     return next((state for state in STATES if state in found), "not given")
 
 
-def worst_check(checks: Iterable[Check]) -> Check | None:
-    """The check with the largest error over tolerance; None where nothing was compared."""
-    return max(
-        (c for c in checks if c.ratio is not None), key=lambda c: c.ratio or 0.0, default=None
-    )
-
-
-def least_certain(checks: Iterable[Check]) -> Check | None:
-    """The compared check with the smallest share of certain pixels."""
-    compared = [check for check in checks if check.pixels]
-    return min(compared, key=lambda c: c.certain / c.pixels, default=None)
-
-
-def failing(results: Iterable[SceneResult]) -> Iterator[Finding]:
-    """Every failed check, faults before what only follows from them."""
-    cells = [
-        (result, answer, check)
-        for result in results
-        for answer in result.references
-        for check in answer.checks
-        if check.state == "failed"
-    ]
-    yield from sorted(cells, key=lambda cell: is_consequence(cell[2]))
+def failing(results: Iterable[SceneResult]) -> Iterator[Cell]:
+    """Every cell that failed, faults before what only follows from them."""
+    cells = [cell for cell in cells_of(results) if cell.check.state == "failed"]
+    yield from sorted(cells, key=lambda cell: is_consequence(cell.check))
 
 
 def diagnosed(results: Iterable[SceneResult]) -> Iterator[tuple[SceneResult, ReferenceResult, str]]:

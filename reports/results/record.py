@@ -11,11 +11,11 @@ from minirt.scene import Scene
 from reference.compare.check import Check
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.history.previous import Before
+from reports.history.previous import PreviousRun
+from reports.results.cells import first_wrong_stage
 from reports.results.findings import (
     checks_of,
     counts,
-    first_wrong_stage,
     scene_counts,
     scene_state,
 )
@@ -59,7 +59,7 @@ class Run:
         What else is to be known of the run, in sentences: of its baseline, of what was kept.
     judged : str
         The implementation that a gate judged, as it was named; empty for minirt itself.
-    before : Before or None
+    previous : PreviousRun or None
         What the history knows of these scenes; None without a history.
     mutants : MutantMatrix or None
         Whether the checks notice known mistakes, where that was tried.
@@ -74,7 +74,7 @@ class Run:
     folder: Path
     remarks: tuple[str, ...] = ()
     judged: str = ""
-    before: Before | None = None
+    previous: PreviousRun | None = None
     mutants: MutantMatrix | None = None
 
     @property

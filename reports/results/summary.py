@@ -82,10 +82,11 @@ def _failing(run: Run) -> list[str]:
         return []
     lines = ["## What fails", ""]
     lines += ["| scene | reference | quantity | | worst pixel |", "|---|---|---|---|---|"]
-    for result, answer, check in cells[:MOST_ROWS]:
+    for cell in cells[:MOST_ROWS]:
+        check = cell.check
         what = f"{icon(check)} {figure(check)}"
         detail = worst_in_words(check) if check.wrong else check.reason
-        lines.append(_row(result.scene.name, answer.reference, check.quantity, what, detail))
+        lines.append(_row(*cell.name, what, detail))
     if len(cells) > MOST_ROWS:
         lines += ["", f"… and {len(cells) - MOST_ROWS} more."]
     lines.append("")
@@ -93,7 +94,7 @@ def _failing(run: Run) -> list[str]:
         f"- {escaped(f'{result.scene.name}: {answer.reference} {words}')}"
         for result, answer, words in diagnosed(run.results)
     ][:MOST_ROWS]
-    if any(is_consequence(check) for _, _, check in cells):
+    if any(is_consequence(cell.check) for cell in cells):
         lines += ["", "↳ every wrong pixel was wrong at an earlier stage already."]
     return [*lines, ""]
 

@@ -8,14 +8,13 @@ from typing import Literal
 
 from reference.compare.check import COMPARED, UNANSWERED
 from reference.verify.results import ReferenceResult, SceneResult
+from reports.results.cells import first_wrong_stage, worst_check
 from reports.results.coverage import why_not
 from reports.results.findings import (
     checks_of,
-    first_wrong_stage,
     likeliest,
     scene_counts,
     scene_state,
-    worst_check,
 )
 from reports.results.judgement import all_in_words, convicted
 from reports.results.words import count, listed, one_line, share, times

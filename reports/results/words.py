@@ -137,7 +137,7 @@ def figure(check: Check) -> str:
 def _passed_figure(check: Check) -> str:
     if check.compared == 0:
         return "none"
-    if QUANTITIES[check.quantity].discrete:
+    if check.quantity in QUANTITIES and QUANTITIES[check.quantity].discrete:
         return "equal"
     return times(check.ratio or 0.0)
 
@@ -145,13 +145,16 @@ def _passed_figure(check: Check) -> str:
 def _failed_figure(check: Check) -> str:
     if check.wrong:
         wrong = f"{check.wrong} px"
-        ratio = check.ratio or 0.0
-        return wrong if math.isinf(ratio) else f"{wrong}, {times(ratio)}"
+        finite = check.ratio is not None and math.isfinite(check.ratio)
+        return f"{wrong}, {times(check.ratio or 0.0)}" if finite else wrong
     if check.pixels == 0:
         return "unusable"
-    if check.certain < check.floor * check.pixels:
-        return f"{share(check.certain, check.pixels)} certain"
-    return f"SSIM {check.ssim or 0.0:.3f}"
+    if check.certain >= check.floor * check.pixels:
+        if check.ssim is not None and check.ssim < (check.ssim_floor or 0.0):
+            return f"SSIM {check.ssim:.3f}"
+        if check.flip is not None:
+            return f"FLIP {check.flip:.3f}"
+    return f"{share(check.certain, check.pixels)} certain"
 
 
 def worst_in_words(check: Check) -> str:

@@ -10,16 +10,15 @@ from rich.table import Table
 from rich.text import Text
 
 from reference.verify.results import ReferenceResult, SceneResult
+from reports.results.cells import Cell, least_certain
 from reports.results.coverage import gap_in_words, gaps, not_checked, not_compared
 from reports.results.findings import (
-    Finding,
     Silence,
     answer_in_words,
     answer_state,
     checks_of,
     diagnosed,
     failing,
-    least_certain,
     silent,
 )
 from reports.results.judgement import convicted, judgement_in_words
@@ -106,22 +105,23 @@ def _certain(result: SceneResult) -> Text:
     return Text("–" if least is None else share(least.certain, least.pixels), "dim")
 
 
-def _alike(found: Iterable[Finding]) -> list[list[Finding]]:
+def _alike(cells: Iterable[Cell]) -> list[list[Cell]]:
     """Failing cells; those of one scene and reference that fail for one reason are together."""
-    groups: dict[tuple[str, ...], list[Finding]] = {}
-    for result, answer, check in found:
-        alone = check.quantity if check.wrong else ""
-        key = (result.scene.name, answer.reference, check.reason, alone)
-        groups.setdefault(key, []).append((result, answer, check))
+    groups: dict[tuple[str, ...], list[Cell]] = {}
+    for cell in cells:
+        alone = cell.check.quantity if cell.check.wrong else ""
+        key = (cell.scene, cell.reference, cell.check.reason, alone)
+        groups.setdefault(key, []).append(cell)
     return list(groups.values())
 
 
-def _failure(cells: list[Finding]) -> Text:
+def _failure(cells: list[Cell]) -> Text:
     """A failing cell, or several alike: where, how much, the worst pixel with both values."""
-    result, answer, check = cells[0]
+    first = cells[0]
+    check = first.check
     style = "dark_orange" if is_consequence(check) else _STYLES["failed"]
     names = check.quantity if len(cells) == 1 else f"{len(cells)} quantities"
-    place = f"{one_line(result.scene.name)} × {answer.reference} × {names}"
+    place = f"{one_line(first.scene)} × {first.reference} × {names}"
     detail = f"{figure(check)}; worst {worst_in_words(check)}" if check.wrong else check.reason
     return Text.assemble((f"{icon(check)} {place}: ", style), detail)
 

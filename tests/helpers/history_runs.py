@@ -7,8 +7,9 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from reports.history.entry import CellEntry, Entry, entry_of
+from reports.history.entry import Entry, entry_of
 from reports.history.store import History
+from reports.results.cells import Cell
 from reports.results.record import results_document
 from tests.helpers.report_runs import good_run
 
@@ -32,16 +33,16 @@ def with_cell(run: Entry, **changes: Any) -> Entry:
     """A run with another first cell (its scene `ball`, its reference `honest`)."""
     scene, *scenes = run.scenes
     answer, *answers = scene.answers
-    cell, *cells = answer.cells
-    answer = replace(answer, cells=(replace(cell, **changes), *cells))
+    check, *checks = answer.checks
+    answer = replace(answer, checks=(replace(check, **changes), *checks))
     state = "failed" if changes.get("state") == "failed" else scene.state
     scene = replace(scene, answers=(answer, *answers), state=state)
     return replace(run, scenes=(scene, *scenes), digest=run.digest[::-1])
 
 
-def sorted_cells(run: Entry) -> list[tuple[tuple[str, str, str], CellEntry]]:
+def sorted_cells(run: Entry) -> list[Cell]:
     """Every cell, in an order of their own; there must be some."""
-    found = sorted(run.cells(), key=lambda pair: pair[0])
+    found = sorted(run.cells(), key=lambda cell: cell.name)
     assert found
     return found
 

@@ -16,7 +16,7 @@ from minirt.scene import Scene
 from reference import registry
 from reference.source import Reference
 from reports.cli.main import run
-from reports.history.previous import Before
+from reports.history.previous import PreviousRun
 from reports.history.store import History
 from reports.results.provenance import provenance, without_passwords
 from reports.results.record import Run
@@ -28,9 +28,9 @@ Command = Callable[..., int]
 
 
 @pytest.fixture
-def rendered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Before | None]:
+def rendered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[PreviousRun | None]:
     """What each run was told of those before it; runs are made in this process."""
-    told: list[Before | None] = []
+    told: list[PreviousRun | None] = []
 
     def stand_in(
         scenes: Sequence[Scene],
@@ -39,11 +39,11 @@ def rendered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Before | N
         options: RunOptions,
         *_: Any,
     ) -> Run:
-        told.append(options.before)
+        told.append(options.previous)
         Path(out).mkdir(exist_ok=True)
         made = run_of(scenes, [Honest(reference.name) for reference in references])
         made = replace(
-            made, folder=Path(out), before=options.before, judged=options.judged,
+            made, folder=Path(out), previous=options.previous, judged=options.judged,
             provenance=provenance(), seconds=float(len(told)),
         )  # fmt: skip
         write_reports(made)
@@ -63,7 +63,7 @@ def verify(*more: str) -> int:
 
 
 def test_runs_add_up_beside_the_reports(
-    rendered: list[Before | None], capsys: pytest.CaptureFixture[str]
+    rendered: list[PreviousRun | None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     for _ in range(2):
         assert verify() == 0
@@ -78,12 +78,12 @@ def test_runs_add_up_beside_the_reports(
     assert len(second.cells) == 20
 
 
-def test_a_gate_has_a_series_of_its_own(rendered: list[Before | None]) -> None:
+def test_a_gate_has_a_series_of_its_own(rendered: list[PreviousRun | None]) -> None:
     assert verify() == 0
     for _ in range(2):
         gate = ["gate", "ball.json", "--python", "tracer:render", "--out", "out", "--no-cache"]
         assert run(gate) == 0
-    last = [before.last for before in rendered if before is not None]
+    last = [previous.last for previous in rendered if previous is not None]
     assert [point and point.run for point in last] == [None, None, 2]
     with History("out/history.sqlite", create=False) as history:
         assert history.entry(3).series == "gate: tracer:render"
@@ -93,7 +93,7 @@ def test_a_gate_has_a_series_of_its_own(rendered: list[Before | None]) -> None:
 
 @pytest.mark.full
 def test_another_place_or_none(
-    rendered: list[Before | None], monkeypatch: pytest.MonkeyPatch
+    rendered: list[PreviousRun | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert verify("--no-history") == 0
     assert verify("--history", "mine.sqlite") == 0
@@ -107,7 +107,7 @@ def test_another_place_or_none(
 
 @pytest.mark.parametrize("command", ["verify", "gate"])
 def test_a_history_that_cannot_be_opened_stops_it_before_anything_is_rendered(
-    command: str, rendered: list[Before | None], capsys: pytest.CaptureFixture[str]
+    command: str, rendered: list[PreviousRun | None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("notes.txt").write_text("buy milk, " * 400, encoding="utf-8")
     how = ["--reference", "honest"] if command == "verify" else ["--python", "tracer:render"]
@@ -117,7 +117,7 @@ def test_a_history_that_cannot_be_opened_stops_it_before_anything_is_rendered(
 
 
 def test_a_history_that_refuses_costs_no_run(
-    rendered: list[Before | None],
+    rendered: list[PreviousRun | None],
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -137,7 +137,7 @@ def test_a_history_that_refuses_costs_no_run(
 
 
 def test_no_report_holds_a_password(
-    rendered: list[Before | None], monkeypatch: pytest.MonkeyPatch
+    rendered: list[PreviousRun | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url = "postgresql://ana:hush-hush@db/minirt?sslpassword=hush-hush"
     monkeypatch.setattr(sys, "argv", ["minirt", "verify", "--history", url])

@@ -15,11 +15,11 @@ from reports.history.difference import difference
 from reports.history.entry import Entry
 from reports.history.pages import compare_html
 from reports.history.previous import Point
-from reports.history.sparkline import HEIGHT, WIDTH, sparkline
 from reports.history.store import History
 from reports.history.trends import changes_of
 from reports.nightly.landing import landing_html
 from reports.nightly.night import Night, NightModel, SettingsModel, StepModel
+from reports.nightly.sparkline import HEIGHT, WIDTH, sparkline
 from tests.helpers.browser import chromium
 from tests.helpers.history_runs import entry, with_cell
 

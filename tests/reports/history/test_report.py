@@ -12,12 +12,13 @@ from typing import Any
 import pytest
 
 from reports.cli.main import run
-from reports.history.difference import Difference, difference, figure_of
+from reports.history.difference import Difference, difference
 from reports.history.entry import Entry
 from reports.history.pages import compare_html
 from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.results.record import results_json
+from reports.results.words import figure
 from tests.helpers.fake_references import HOSTILE
 from tests.helpers.history_runs import entry, with_cell
 from tests.helpers.report_runs import good_run
@@ -124,9 +125,9 @@ def test_scenes_are_new_gone_renamed_and_altered() -> None:
     found = difference(old, renamed(new, "globe", sha256="0" * 64))
     assert (found.renamed, found.new, found.gone) == ((), ("globe",), ("ball",))
     assert found.counts["new"] == found.counts["gone"] == 20
-    assert found.told == ()  # the scenes are named instead
+    assert found.notable == ()  # the scenes are named instead
     found = difference(old, renamed(failing(), "globe", sha256="0" * 64))
-    assert [(cell.name[0], cell.kind) for cell in found.told] == [("globe", "new")]
+    assert [(cell.name[0], cell.kind) for cell in found.notable] == [("globe", "new")]
     found = difference(old, renamed(new, "ball", sha256="0" * 64))
     assert found.altered == ("ball",)
 
@@ -144,7 +145,7 @@ def test_where_the_runs_came_from_is_set_side_by_side() -> None:
 
 
 def test_figures_speak_as_the_report_does() -> None:
-    cell = entry().scenes[0].answers[0].cells[0]
+    cell = entry().scenes[0].answers[0].checks[0]
     for changes, words in (
         ({}, "0×"),
         ({"quantity": "hit"}, "equal"),
@@ -157,13 +158,13 @@ def test_figures_speak_as_the_report_does() -> None:
         ({"state": "timed out"}, "timed out"),
     ):
         changed: dict[str, Any] = dict(changes)
-        assert figure_of(replace(cell, **changed)) == words
+        assert figure(replace(cell, **changed)) == words
 
 
 def test_compare_in_the_terminal(command: Command, kept: str) -> None:
     status, out, _ = command("report", "compare", "1", "2")
     assert status == 1
-    name = entry().scenes[0].answers[0].cells[0].quantity
+    name = entry().scenes[0].answers[0].checks[0].quantity
     line = f"▲ ball × honest × {name}: ✓ 0× (100 % certain) → ✗ 7 px (100 % certain)"
     assert f"{line}; 7 pixels wrong" in out
     assert "commit: aaaaaaaaaa" in out

@@ -15,7 +15,7 @@ import pytest
 
 from minirt.errors import InputError
 from reports.history.entry import LONGEST_NAME, entry_of, kept_name, read_entry
-from reports.history.previous import Point, Standing
+from reports.history.previous import Point
 from reports.history.store import History
 from reports.results.record import results_document, results_json
 from reports.results.words import plain
@@ -34,8 +34,8 @@ def test_a_run_comes_back_as_it_went_in(made: object, target: str) -> None:
         number = history.append(given)
         found = history.entry(number)
     assert found.number == number
-    assert sorted(found.cells(), key=lambda pair: pair[0]) == sorted(
-        given.cells(), key=lambda pair: pair[0]
+    assert sorted(found.cells(), key=lambda cell: cell.name) == sorted(
+        given.cells(), key=lambda cell: cell.name
     )
     assert replace(found, scenes=(), number=None) == replace(given, scenes=())
     for back, there in zip(found.scenes, given.scenes, strict=True):
@@ -46,7 +46,7 @@ def test_a_run_comes_back_as_it_went_in(made: object, target: str) -> None:
 
 def test_what_is_kept_is_what_the_run_said() -> None:
     run = troubled_run()
-    kept = dict(entry_of(results_document(run)).cells())
+    kept = {cell.name: cell.check for cell in entry_of(results_document(run)).cells()}
     seen = 0
     for result in run.results:
         for answer in result.references:
@@ -93,18 +93,19 @@ def test_what_came_before_is_of_the_same_series(target: str) -> None:
     failing = {"state": "failed", "ratio": math.inf, "wrong": 7}
     with History(target) as history:
         wanted = [(scene.name, scene.sha256) for scene in entry().scenes]
-        nothing = history.before(wanted, "", ["honest"])
+        nothing = history.previous_run(wanted, "", ["honest"])
         assert (nothing.last, nothing.cells, nothing.trends) == (None, {}, {})
         first = history.append(entry(1, started="2026-11-20T02:00:00+00:00", commit="a" * 40))
         second = history.append(with_cell(entry(2, commit="b" * 40), **failing))
         history.append(entry(3, judged="another"))
         history.append(entry(4, references=("honest", "more")))
-        before = history.before([*wanted, ("new", "0" * 64)], "", ["honest"])
+        before = history.previous_run([*wanted, ("new", "0" * 64)], "", ["honest"])
     assert before.last is not None
     assert (before.last.run, before.last.commit, before.last.ratio) == (second, "b" * 40, None)
-    cell = sorted_cells(entry())[0][0][2]
-    broken = entry().scenes[0].answers[0].cells[0].quantity
-    assert before.cells["ball", "honest", broken] == Standing("failed", math.inf)
+    cell = sorted_cells(entry())[0].check.quantity
+    broken = entry().scenes[0].answers[0].checks[0].quantity
+    found = before.cells["ball", "honest", broken]
+    assert (found.state, found.ratio) == ("failed", math.inf)
     assert before.cells["second", "honest", cell].state == "passed"
     assert dict(before.scenes) == dict(wanted)
     assert set(before.trends) == {"ball", "second"}
@@ -122,7 +123,7 @@ def test_a_hostile_name_is_found_again_under_its_own(target: str) -> None:
     run = troubled_run()
     with History(target) as history:
         history.append(entry_of(results_document(run)))
-        before = history.before([(HOSTILE, "")], "", run.references)
+        before = history.previous_run([(HOSTILE, "")], "", run.references)
     assert set(before.scenes) == {HOSTILE, "ball"}
     assert set(before.trends) == {HOSTILE}
     assert (HOSTILE, "honest", "hit") in before.cells

@@ -68,7 +68,9 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         made = compared(tuple(scene.canonical_json for scene in scenes), tuple(references))
         stamp = replace(made.provenance, commit=origin.provenance().commit)
         runs.write_reports(
-            replace(made, folder=folder, before=options.before, provenance=stamp, seconds=len(done))
+            replace(
+                made, folder=folder, previous=options.previous, provenance=stamp, seconds=len(done)
+            )
         )
 
     def hunt(seed: int, _: object, __: int, seconds: float, **more: object) -> Hunt:

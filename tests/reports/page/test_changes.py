@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import pytest
 
-from reference.compare.check import Check
-from reports.history.previous import Before, Point, Standing
-from reports.page.changes import News, arrow, before_in_words, scene_news, trend_of
+from reference.compare.check import Check, State
+from reports.history.previous import Point, PreviousRun
+from reports.page.changes import News, arrow, previous_in_words, scene_news, trend_of
 from reports.page.report import report_html
 from tests.helpers.fake_references import HOSTILE, OnePixel, small_scene
 from tests.helpers.report_runs import good_run, run_of
@@ -18,28 +18,33 @@ from tests.helpers.report_runs import good_run, run_of
 LAST = Point(4, "2026-01-02T03:04:05+00:00", "0123456789abcdef", "passed", None)
 
 
-def before(**changes: object) -> Before:
+def earlier(state: State, ratio: float | None) -> Check:
+    """The check of the previous run."""
+    return Check("t", "t", state, ratio=ratio)
+
+
+def before(**changes: object) -> PreviousRun:
     scenes = {result.scene.name: result.scene.sha256 for result in good_run().results}
-    usual = Before(LAST, {}, scenes, {})
+    usual = PreviousRun(LAST, {}, scenes, {})
     return replace(usual, **changes)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("state", "ratio", "was", "expected"),
     [
-        ("failed", 14.0, Standing("passed", 0.3), "▲"),
-        ("passed", 0.3, Standing("failed", 14.0), "▼"),
-        ("passed", 0.5, Standing("passed", 0.3), "▲"),
-        ("passed", 0.3, Standing("passed", 0.5), "▼"),
-        ("passed", 0.31, Standing("passed", 0.3), ""),
-        ("failed", math.inf, Standing("failed", math.inf), ""),
-        ("failed", 2.0, Standing("known", 2.0), "▲"),
+        ("failed", 14.0, earlier("passed", 0.3), "▲"),
+        ("passed", 0.3, earlier("failed", 14.0), "▼"),
+        ("passed", 0.5, earlier("passed", 0.3), "▲"),
+        ("passed", 0.3, earlier("passed", 0.5), "▼"),
+        ("passed", 0.31, earlier("passed", 0.3), ""),
+        ("failed", math.inf, earlier("failed", math.inf), ""),
+        ("failed", 2.0, earlier("known", 2.0), "▲"),
         ("passed", 0.3, None, ""),
-        ("passed", 0.3, Standing("crashed", None), ""),
+        ("passed", 0.3, earlier("crashed", None), ""),
     ],
 )
 def test_an_arrow_says_worse_or_better(
-    state: str, ratio: float, was: Standing | None, expected: str
+    state: str, ratio: float, was: Check | None, expected: str
 ) -> None:
     assert arrow(Check("t", "t", state, ratio=ratio), was) == expected  # type: ignore[arg-type]
 
@@ -56,8 +61,8 @@ def test_scenes_that_came_went_and_changed_are_named() -> None:
 
 
 def test_without_a_previous_run_nothing_is_said() -> None:
-    assert before_in_words(before(last=None), good_run().results) == []
-    for run in (good_run(), replace(good_run(), before=before(last=None))):
+    assert previous_in_words(before(last=None), good_run().results) == []
+    for run in (good_run(), replace(good_run(), previous=before(last=None))):
         text = report_html(run)
         assert "Against the run" not in text
         assert 'data-only="new"' not in text
@@ -71,11 +76,11 @@ def test_the_page_shows_arrows_news_and_trends() -> None:
         Point(2, "2026-01-02", "bbbb", "passed", 0.3),
     )
     cells = {
-        ("ball", "one-pixel", "shadow"): Standing("passed", 0.0),
-        ("ball", "one-pixel", "t"): Standing("failed", 3.0),
+        ("ball", "one-pixel", "shadow"): earlier("passed", 0.0),
+        ("ball", "one-pixel", "t"): earlier("failed", 3.0),
     }
     old = {"ball": run.results[0].scene.sha256, "<gone>": "x"}
-    text = report_html(replace(run, before=Before(LAST, cells, old, {"ball": trend})))
+    text = report_html(replace(run, previous=PreviousRun(LAST, cells, old, {"ball": trend})))
     assert (
         "Against the run of 2026-01-02T03:04:05+00:00, commit 0123456789: 1 cell worse, 1" in text
     )
@@ -103,7 +108,7 @@ def test_a_lasting_step_is_marked_as_a_change() -> None:
         Point(k, f"2026-11-{k:02}", f"{k:040x}", "passed", ratio, sha)
         for k, ratio in enumerate(ratios, start=1)
     )
-    known = Before(LAST, {}, {}, {result.scene.name: points})
+    known = PreviousRun(LAST, {}, {}, {result.scene.name: points})
     trend = trend_of(known, result, None)
     assert trend is not None
     assert trend.words.endswith("; worst ratio 0.90× → <0.01× since commit 0000000000")

@@ -8,7 +8,8 @@ import pytest
 
 from reference.compare.check import Check, State
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.results.findings import counts, first_wrong_stage, scene_counts, silent
+from reports.results.cells import first_wrong_stage
+from reports.results.findings import counts, scene_counts, silent
 from reports.results.verdict import Verdict, decide
 from tests.helpers.fake_references import small_scene
 from tests.helpers.report_runs import good_run, troubled_run
