@@ -1,4 +1,4 @@
-"""Objects where renderers go wrong: touching, tangent, coplanar, nested, nearly parallel."""
+"""Objects at which renderers often fail: touching, tangent, coplanar, nested, nearly parallel."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Placement: TypeAlias = Callable[[st.DrawFn, Document], list[Document]]
 
 #: Meshes of the atlas: an octahedron, a gem, and one with degenerate faces.
 MESHES = ("octahedron.obj", "gem.obj", "folded.obj")
-#: Coordinates in a box of side 4: any, or multiples of a quarter, which coincide.
+#: Coordinates in a box of side 4: any, or multiples of a quarter, so that some coincide.
 COORDINATE = st.one_of(st.floats(-2, 2), st.integers(-8, 8).map(lambda k: k / 4))
 KINDS = ("sphere", "triangle", "polygon", "mesh")
 
@@ -53,7 +53,7 @@ def frame(draw: st.DrawFn) -> tuple[Floats, Floats, Floats]:
 
 
 def unit(vector: Floats) -> Floats:
-    """Of length 1, (3,), rounded twice so that it is one to the last bits."""
+    """Normalise a vector (3,), twice, so that its length is 1 to the last bits."""
     once = vector / math.sqrt(float(vector @ vector))
     result: Floats = once / math.sqrt(float(once @ once))
     return result
@@ -88,7 +88,7 @@ def free(draw: st.DrawFn, _: Document) -> list[Document]:
 
 
 def tangent(draw: st.DrawFn, screen: Document) -> list[Document]:
-    """A sphere that a pixel's ray only just touches, or only just misses."""
+    """A sphere that a pixel's ray just touches, or just misses."""
     ray = pixel_ray(
         screen, draw(st.integers(0, screen["nx"] - 1)), draw(st.integers(0, screen["ny"] - 1))
     )
@@ -101,7 +101,7 @@ def tangent(draw: st.DrawFn, screen: Document) -> list[Document]:
 
 
 def edge(draw: st.DrawFn, _: Document) -> list[Document]:
-    """Triangles that share an edge, flat, folded or doubled over."""
+    """Two triangles that share an edge: flat, at an angle, or folded onto each other."""
     a, b, c, e = (point(draw) for _ in range(4))
     if draw(st.booleans()):
         e = a + b - c
@@ -120,7 +120,7 @@ def contact(draw: st.DrawFn, _: Document) -> list[Document]:
 
 
 def coplanar(draw: st.DrawFn, _: Document) -> list[Document]:
-    """Two polygons that overlap in one plane, or lie a hair's breadth apart."""
+    """Two polygons that overlap in one plane, or lie very close together."""
     center, reach = point(draw), size(draw, -1.0)
     u, v, w = frame(draw)
     gap = draw(st.sampled_from([0.0, 0.0, 1e-9, 1e-6, 1e-4])) * reach
@@ -131,7 +131,7 @@ def coplanar(draw: st.DrawFn, _: Document) -> list[Document]:
 
 
 def nested(draw: st.DrawFn, _: Document) -> list[Document]:
-    """Spheres within each other, about one centre, down to a thin shell."""
+    """Concentric spheres, the smallest gap being a thin shell."""
     center, radius = point(draw), size(draw, -1.0)
     thickness = 10.0 ** draw(st.floats(-5, -0.3))
     shells = [sphere(center, radius), sphere(center, radius * (1 - thickness))]
@@ -150,7 +150,7 @@ def parallel(draw: st.DrawFn, screen: Document) -> list[Document]:
     return [_polygon(draw, center, reach * unit(tilted), reach * side)]
 
 
-#: How objects are placed, by the name that theirs begin with.
+#: How objects are placed, by the prefix of their names.
 PLACEMENTS: dict[str, Placement] = {
     "free": free, "tangent": tangent, "edge": edge, "contact": contact,
     "coplanar": coplanar, "nested": nested, "parallel": parallel,
@@ -168,7 +168,7 @@ def triangle(a: Floats, b: Floats, c: Floats) -> Document:
 
 
 def numbers(values: Floats) -> list[float]:
-    """An array (n,) as JSON has it."""
+    """An array (n,) as a list for JSON."""
     return [float(x) for x in values]
 
 

@@ -1,4 +1,4 @@
-"""Random scene documents of all shapes, materials and screens; seed and number are the scene."""
+"""Random scene documents of all shapes, materials and screens, fixed by seed and number."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ import numpy as np
 from hypothesis import strategies as st
 
 from minirt.vectors import Floats
-from reference.fuzz.drawing import draw_one
-from reference.fuzz.moves import moved
 from reference.fuzz.placements import (
     PLACEMENTS,
     Document,
@@ -20,8 +18,10 @@ from reference.fuzz.placements import (
     point,
     unit,
 )
+from reference.fuzz.seeded_draw import draw_one
+from reference.fuzz.transform import transformed
 
-#: Between the seeds of two hunts; no hunt has so many scenes.
+#: Distance between the seeds of two campaigns: more than the number of scenes of any campaign.
 _STRIDE = 2**32
 #: Powers of ten by which a scene is scaled.
 SCALES = (-6.0, 6.0)
@@ -29,7 +29,7 @@ _SHARE = st.floats(0, 1)
 
 
 def scene_document(seed: int, number: int) -> Document:
-    """Scene `number` of a hunt, as the dict of its JSON; its meshes lie in `mesh_folder`.
+    """Scene `number` of a campaign, as the dict of its JSON; its meshes are in `mesh_folder`.
 
     Examples
     --------
@@ -41,13 +41,13 @@ def scene_document(seed: int, number: int) -> Document:
 
 
 def mesh_folder() -> Path:
-    """Where the meshes of drawn scenes lie: the atlas."""
+    """The folder with the meshes of drawn scenes: the atlas."""
     return Path(str(resources.files("minirt").joinpath("atlas")))
 
 
 @st.composite
 def documents(draw: st.DrawFn) -> Document:
-    """Scenes of 1–7 groups of objects in a box of side 4, scaled and moved as a whole."""
+    """Scenes of 1–7 groups of objects in a box of side 4, scaled and translated as a whole."""
     screen = _screen(draw)
     materials = {f"m{k}": _material(draw) for k in range(draw(st.integers(1, 4)))}
     document: Document = {
@@ -66,7 +66,7 @@ def documents(draw: st.DrawFn) -> Document:
         scale = 10.0 ** draw(st.floats(*SCALES))
     if draw(st.integers(0, 3)) == 0:
         shift = scale * 10.0 ** draw(st.floats(0, 2)) * direction(draw)
-    return moved(document, np.eye(3), scale, shift)
+    return transformed(document, np.eye(3), scale, shift)
 
 
 def _objects(draw: st.DrawFn, screen: Document, materials: list[str]) -> list[Document]:
@@ -86,8 +86,8 @@ def _screen(draw: st.DrawFn) -> Document:
     """Either handedness, either sign of ν, on and off the axis; one in eight not square pixels."""
     inside = draw(st.integers(0, 7)) == 0
     eye = direction(draw) * draw(st.floats(0, 1) if inside else st.floats(4, 9))
-    n = _toward(eye, 0.25 * point(draw))
-    u = unit(np.cross(_across(n, direction(draw)), n))
+    n = _view_direction(eye, 0.25 * point(draw))
+    u = unit(np.cross(_not_along(n, direction(draw)), n))
     v = np.cross(n, u) * draw(st.sampled_from([-1.0, 1.0]))
     nu = -draw(st.floats(0.3, 2))
     if draw(st.booleans()):
@@ -104,13 +104,13 @@ def _screen(draw: st.DrawFn) -> Document:
     }  # fmt: skip
 
 
-def _toward(eye: Floats, target: Floats) -> Floats:
+def _view_direction(eye: Floats, target: Floats) -> Floats:
     """The unit vector from the target to the eye; the z axis where they are the same."""
     away = eye - target
     return unit(away) if float(away @ away) > 1e-6 else np.array([0.0, 0.0, 1.0])
 
 
-def _across(n: Floats, other: Floats) -> Floats:
+def _not_along(n: Floats, other: Floats) -> Floats:
     """A vector that is not along n: the other, or an axis."""
     axis = np.zeros(3)
     axis[int(np.abs(n).argmin())] = 1.0

@@ -14,7 +14,7 @@ from reports.inputs import names_in
 from reports.terminal.console import print_json, progress, stderr_console, stdout_console
 
 if TYPE_CHECKING:
-    from reference.fuzz.hunt import Failure, Hunt
+    from reference.fuzz.campaign import Campaign, Failure
     from reference.source import Reference
 
 
@@ -48,36 +48,35 @@ def fuzz(
     A failure is shrunk to the smallest scene that fails in the same first stage, and written as a
     scene file, an explanation of its pixel, and a test in Python and in C++.
     """
-    from reference.fuzz.hunt import hunt
+    from reference.fuzz.campaign import CampaignOptions, run_campaign
     from reports.inputs import cluster_at
     from reports.run import made_folder
 
     judged = _judged(names_in(reference), subject)
     folder, cases = made_folder(out), list[Path]()
+    options = CampaignOptions(scenes, time, min(2, len(judged)), subject.process_timeout)
     with cluster_at(cluster) as workers, progress("fuzz") as tell:
-        found = hunt(
-            seed, judged, scenes, time, timeout=subject.process_timeout,
-            jobs=min(2, len(judged)), progress=lambda done, _: tell(done, scenes),
-            found=lambda failure: cases.append(_written(failure, folder, subject)),
-            cluster=workers,
+        found = run_campaign(
+            seed, judged, options, cluster=workers, progress=tell,
+            on_failure=lambda failure: cases.append(_written(failure, folder, subject)),
         )  # fmt: skip
     _tell(found)
     if json:
-        print_json(hunt_document(found, cases))
+        print_json(campaign_document(found, cases))
     else:
         stdout_console().print(_summary(found), soft_wrap=True)
     raise typer.Exit(exit_status(found))
 
 
-def exit_status(found: Hunt) -> int:
+def exit_status(found: Campaign) -> int:
     """0 nothing found; 1 a failure, or too vague; 3 somebody is missing or nothing was compared."""
     if found.failures or found.vague:
         return 1
     return 3 if found.missing or found.unjudged or not found.compared else 0
 
 
-def hunt_document(found: Hunt, cases: list[Path]) -> dict[str, Any]:
-    """A hunt as JSON data."""
+def campaign_document(found: Campaign, cases: list[Path]) -> dict[str, Any]:
+    """A campaign as JSON data."""
     return {
         "seed": found.seed,
         "scenes": found.scenes,
@@ -130,7 +129,7 @@ def _written(failure: Failure, folder: Path, subject: Subject) -> Path:
     return case
 
 
-def _tell(found: Hunt) -> None:
+def _tell(found: Campaign) -> None:
     """What kept scenes from being compared."""
     from reports.results.words import one_line
 
@@ -141,7 +140,7 @@ def _tell(found: Hunt) -> None:
         console.print(f"! {one_line(reason)}", soft_wrap=True)
 
 
-def _summary(found: Hunt) -> str:
+def _summary(found: Campaign) -> str:
     from reports.results.words import count, share
 
     text = (
@@ -156,6 +155,6 @@ def _summary(found: Hunt) -> str:
 
 
 def _floor() -> float:
-    from reference.fuzz.hunt import HUNT_FLOOR
+    from reference.fuzz.campaign import CAMPAIGN_FLOOR
 
-    return HUNT_FLOOR
+    return CAMPAIGN_FLOOR

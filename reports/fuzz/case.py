@@ -1,4 +1,4 @@
-"""A failure of a hunt as files: the scene, an explanation of its pixel, and two ready tests."""
+"""A failure of a campaign as files: the scene, an explanation of its pixel, and two ready tests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from converters.atomic import atomic_folder, require_replaceable
 from converters.scene_folder import mesh_names
 from minirt.explain.pixel import explain
-from reference.fuzz.hunt import Failure
+from reference.fuzz.campaign import Failure
 from reports.explain.text import explanation_text
 from reports.fuzz.cpp import cpp_test
 from reports.gate.subject import Subject
@@ -26,7 +26,7 @@ _PYTEST = '''\
 from pathlib import Path
 
 from minirt import load_scene
-from reference.fuzz.bench import try_once
+from reference.fuzz.trial import try_once
 {imports}
 
 

@@ -15,7 +15,7 @@ from minirt.rules import SLIDES
 from minirt.scene import Scene, Sphere
 from minirt.vectors import Floats
 from minirt.whitted import primary_directions
-from reference.fuzz.bench import Trial
+from reference.fuzz.trial import Trial
 
 #: Relative tolerance of t, for an intersection in double: 2**16 roundings of 2**-53.
 _TOLERANCE = 2.0**-37

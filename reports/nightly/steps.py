@@ -13,13 +13,13 @@ from typing import Any
 
 from minirt.errors import MinirtError
 from minirt.scene import Scene
-from reference.fuzz.bench import Bench
-from reference.fuzz.hunt import HUNT_FLOOR, Failure, Hunt, hunt
+from reference.fuzz.campaign import CAMPAIGN_FLOOR, Campaign, CampaignOptions, Failure, run_campaign
+from reference.fuzz.trial import TrialWorkers
 from reference.jobs.cluster import Cluster
 from reference.mutants.run import chosen_mutants, run_mutants
 from reference.source import Reference
 from reference.verify.options import Options
-from reports.cli.fuzz import hunt_document
+from reports.cli.fuzz import campaign_document
 from reports.fuzz.case import write_case
 from reports.history.difference import difference
 from reports.history.entry import Entry, read_entry
@@ -118,19 +118,21 @@ def fuzz_step(night: Night, job: Job, tell: Progress) -> StepModel:
     folder = night.folder / "fuzz"
     folder.mkdir(exist_ok=True)
     rounds = _rounds(folder / "fuzz.json")
-    with nullcontext() if job.cluster else Bench(_pairs(job), PATIENCE) as bench:
+    with nullcontext() if job.cluster else TrialWorkers(_pairs(job), PATIENCE) as workers:
         while (left := job.budget - sum(r["seconds"] for r in rounds)) > 0:
             seed = (night.note.seed + len(rounds)) % 2**32
-            found, cases = _hunt(seed, job, min(left, ROUND), bench, folder)
+            found, cases = _campaign(seed, job, min(left, ROUND), workers, folder)
             told = {"certain": found.certain, "judged": found.judged}
-            rounds.append(hunt_document(found, cases) | told)
+            rounds.append(campaign_document(found, cases) | told)
             write(folder / "fuzz.json", _json({"rounds": rounds, **_total(rounds)}))
             tell("fuzz", job.budget - max(left - found.seconds, 0.0), job.budget)
             if not found.scenes or sum(len(r["failures"]) for r in rounds) >= MOST_FAILURES:
                 break
     total = _total(rounds)
     return StepModel(
-        exit_status=total["exit_status"], sentence=_hunted(total), seconds=total["seconds"]
+        exit_status=total["exit_status"],
+        sentence=_campaign_sentence(total),
+        seconds=total["seconds"],
     )
 
 
@@ -177,19 +179,19 @@ def _broken(error: Exception, seconds: float) -> StepModel:
     return StepModel(exit_status=3, sentence=one_line(f"{kind}{error}", 1000), seconds=seconds)
 
 
-def _hunt(
-    seed: int, job: Job, seconds: float, bench: Bench | None, folder: Path
-) -> tuple[Hunt, list[Path]]:
+def _campaign(
+    seed: int, job: Job, seconds: float, workers: TrialWorkers | None, folder: Path
+) -> tuple[Campaign, list[Path]]:
     """One round, and the folders of its failures, relative to the night's `fuzz`."""
     cases: list[Path] = []
 
     def keep(failure: Failure) -> None:
         cases.append(write_case(failure, folder).relative_to(folder))
 
-    found = hunt(
-        seed, job.references, MOST_SCENES, seconds, bench=bench, jobs=_pairs(job),
-        timeout=PATIENCE, found=keep, cluster=job.cluster,
-    )  # fmt: skip
+    options = CampaignOptions(MOST_SCENES, seconds, _pairs(job), PATIENCE)
+    found = run_campaign(
+        seed, job.references, options, workers=workers, cluster=job.cluster, on_failure=keep
+    )
     return found, cases
 
 
@@ -207,7 +209,7 @@ def _rounds(path: Path) -> list[dict[str, Any]]:
 
 
 def _total(rounds: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """All rounds as one hunt; the same exit status as that of `minirt fuzz`."""
+    """All rounds as one campaign; the same exit status as that of `minirt fuzz`."""
     total: dict[str, Any] = {
         name: sum(each[name] for each in rounds)
         for name in ("scenes", "compared", "unsupported", "certain", "judged", "seconds")
@@ -215,20 +217,20 @@ def _total(rounds: Sequence[dict[str, Any]]) -> dict[str, Any]:
     total["failures"] = [failure for each in rounds for failure in each["failures"]]
     total["missing"] = {n: why for each in rounds for n, why in each["missing"].items()}
     total["unjudged"] = [why for each in rounds for why in each["unjudged"]]
-    total["vague"] = total["certain"] < HUNT_FLOOR * total["judged"]
+    total["vague"] = total["certain"] < CAMPAIGN_FLOOR * total["judged"]
     incomplete = total["missing"] or total["unjudged"] or not total["compared"]
     failed = total["failures"] or total["vague"]
     total["exit_status"] = 1 if failed else 3 if incomplete else 0
     return total
 
 
-def _hunted(total: dict[str, Any]) -> str:
+def _campaign_sentence(total: dict[str, Any]) -> str:
     text = (
         f"{count(total['scenes'], 'random scene')}, {count(total['compared'], 'comparison')}, "
         f"{count(len(total['failures']), 'failure')}; "
         f"{share(total['certain'], total['judged'])} of the pixels certain"
     )
-    text += f", expected {HUNT_FLOOR:.0%}" if total["vague"] else ""
+    text += f", expected {CAMPAIGN_FLOOR:.0%}" if total["vague"] else ""
     for name, why in total["missing"].items():
         text += f"; {name} is missing: {one_line(why, 160)}"
     first = [f["folder"] for f in total["failures"]][:1]

@@ -63,7 +63,7 @@ def command_test(name: str, words: Sequence[str]) -> str:
 
 _REFERENCE = """\
 from minirt import load_scene
-from reference.fuzz.bench import try_once
+from reference.fuzz.trial import try_once
 from reference.registry import choose_references
 
 

@@ -16,13 +16,19 @@ import pytest
 import minirt
 from minirt import load_scene
 from minirt.scene import Scene
-from reference.fuzz.bench import Bench
-from reference.fuzz.hunt import HUNT_FLOOR, Hunt, drawn_scene, hunt
-from reference.fuzz.moves import moved
+from reference.fuzz.campaign import (
+    CAMPAIGN_FLOOR,
+    Campaign,
+    CampaignOptions,
+    drawn_scene,
+    run_campaign,
+)
+from reference.fuzz.candidates import rounded, roundings, windows, without_objects
 from reference.fuzz.placements import PLACEMENTS
 from reference.fuzz.scenes import mesh_folder, scene_document
 from reference.fuzz.shrink import shrink
-from reference.fuzz.simpler import rounded, rounder_numbers, windows, without_objects
+from reference.fuzz.transform import transformed
+from reference.fuzz.trial import TrialWorkers
 from tests.helpers.fake_references import (
     Aborting,
     Honest,
@@ -48,9 +54,9 @@ def loaded() -> tuple[Scene, ...]:
 
 
 @pytest.fixture(scope="module")
-def bench() -> Iterator[Bench]:
-    with Bench() as bench:
-        yield bench
+def workers() -> Iterator[TrialWorkers]:
+    with TrialWorkers() as workers:
+        yield workers
 
 
 def forty_objects() -> Scene:
@@ -92,7 +98,7 @@ def test_scene_of_a_seed_is_the_same_in_every_process() -> None:
     assert json.loads(done.stdout) == [drawn()[110], drawn()[2]]
 
 
-def test_scenes_of_a_hunt_differ_and_so_do_those_of_another() -> None:
+def test_scenes_of_a_campaign_differ_and_so_do_those_of_another() -> None:
     texts = {json.dumps(document | {"name": ""}) for document in drawn()}
     others = {json.dumps(scene_document(4, number) | {"name": ""}) for number in range(5)}
     assert len(texts | others) == DRAWN + 5
@@ -128,7 +134,7 @@ def test_scales_span_many_orders_of_magnitude() -> None:
 def test_moved_scene_has_the_same_image() -> None:
     document = drawn()[5]
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    there = load_scene(moved(document, turn, 2.0, np.zeros(3)), folder=mesh_folder())
+    there = load_scene(transformed(document, turn, 2.0, np.zeros(3)), folder=mesh_folder())
     ours, theirs = (minirt.render(scene) for scene in (loaded()[5], there))
     assert (ours["object"] == theirs["object"]).mean() > 0.999
     assert ours["hit"].any()
@@ -158,7 +164,7 @@ def test_dropping_objects_drops_their_materials() -> None:
 
 def test_rounding_reaches_single_numbers() -> None:
     document = without_objects(forty_objects().to_dict(), 1, 39)
-    tried = [rounding(document) for rounding in rounder_numbers(document)]
+    tried = [rounding(document) for rounding in roundings(document)]
     radii = {each["objects"][0]["center"][0] for each in tried}
     assert radii >= {-3.3, -3.0}
     assert rounded([0.0, -123.4, 7], 2) == [0.0, -120.0, 7]
@@ -172,12 +178,12 @@ def test_rounding_reaches_single_numbers() -> None:
     ),
 )
 def test_a_planted_fault_shrinks(
-    reference: InsideOut | Transparent, stage: str, objects: int, bench: Bench
+    reference: InsideOut | Transparent, stage: str, objects: int, workers: TrialWorkers
 ) -> None:
     scene = forty_objects()
-    trial = bench.trial(scene, reference)
+    trial = workers.trial(scene, reference)
     assert (trial.state, trial.stage) == ("failed", stage)
-    small = shrink(scene, trial, partial(bench.trial, reference=reference), 60)
+    small = shrink(scene, trial, partial(workers.trial, reference=reference), 60)
     assert len(scene.objects) == 40
     assert len(small.scene.objects) == objects
     assert "odd" in {thing.name for thing in small.scene.objects}
@@ -185,15 +191,15 @@ def test_a_planted_fault_shrinks(
     assert small.scene.screen.ny <= 8
     assert small.seconds < 60
     assert (small.trial.state, small.trial.stage) == ("failed", stage)
-    again = bench.trial(small.scene, reference)
+    again = workers.trial(small.scene, reference)
     assert again == small.trial
-    assert bench.trial(small.scene, Honest()).state == "passed"
+    assert workers.trial(small.scene, Honest()).state == "passed"
     assert len(small.scene.canonical_json) < len(scene.canonical_json) / 4
 
 
 @cache
-def honest() -> Hunt:
-    return hunt(5, [Honest(), Missing()], 60, jobs=1)
+def honest() -> Campaign:
+    return run_campaign(5, [Honest(), Missing()], CampaignOptions(60))
 
 
 @pytest.mark.full
@@ -204,31 +210,31 @@ def test_an_honest_subject_raises_no_alarm() -> None:
 
 
 def test_enough_pixels_are_certain_and_a_missing_reference_is_named() -> None:
-    assert HUNT_FLOOR <= honest().certain_share <= 1
+    assert CAMPAIGN_FLOOR <= honest().certain_share <= 1
     assert not honest().vague
     assert dict(honest().missing).keys() == {"missing"}
 
 
-def test_a_hunt_that_certifies_little_is_vague() -> None:
-    assert Hunt(1, certain=89, judged=100).vague
-    assert not Hunt(1, certain=90, judged=100).vague
+def test_a_campaign_that_certifies_little_is_vague() -> None:
+    assert Campaign(1, certain=89, judged=100).vague
+    assert not Campaign(1, certain=90, judged=100).vague
 
 
-def test_a_crash_and_silence_are_told_apart(bench: Bench) -> None:
+def test_a_crash_and_silence_are_told_apart(workers: TrialWorkers) -> None:
     scene = drawn_scene(3, 0)
-    crash, silence = bench.trials(scene, [Aborting(), Silent()])
+    crash, silence = workers.trials(scene, [Aborting(), Silent()])
     assert (crash.state, crash.stage) == ("failed", "crashed")
     assert "LLVM ERROR" in crash.output
     assert silence.state == "not supported"
 
 
-def test_why_a_scene_was_not_judged_is_said_once(bench: Bench) -> None:
-    found = hunt(3, [Undeclared(), Undeclared("twin")], 2, bench=bench)
+def test_why_a_scene_was_not_judged_is_said_once(workers: TrialWorkers) -> None:
+    found = run_campaign(3, [Undeclared(), Undeclared("twin")], CampaignOptions(2), workers=workers)
     assert (found.scenes, found.compared, found.failures) == (2, 0, ())
     why = "minirt itself failed: ValueError: no error is known"
     assert [reason.partition(": ")[2] for reason in found.unjudged] == [why, why]
 
 
-def test_time_ends_a_hunt(bench: Bench) -> None:
-    found = hunt(3, [Honest()], 1000, 0.5, bench=bench)
+def test_time_ends_a_campaign(workers: TrialWorkers) -> None:
+    found = run_campaign(3, [Honest()], CampaignOptions(1000, 0.5), workers=workers)
     assert 1 <= found.scenes < 100

@@ -303,7 +303,7 @@ def test_fuzz_takes_a_cluster(
     place: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("reference.fuzz.hunt.MOST", 1)
+    monkeypatch.setattr("reference.fuzz.campaign.MOST_FAILURES", 1)
     words = ["fuzz", "--seed", "3", "--scenes", "9", "--reference", "honest,raising", "--json"]
     assert run([*words, *place, "--out", "cases"]) == 1
     there = printed(capsys)

@@ -39,11 +39,11 @@ def fakes(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, Path]:
-    """The exit status and the folder of a hunt that finds one failure."""
-    out = tmp_path_factory.mktemp("hunt")
+    """The exit status and the folder of a campaign that finds one failure."""
+    out = tmp_path_factory.mktemp("campaign")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(registry, "REFERENCES", {"inside-out": InsideOut()})
-        patch.setattr("reference.fuzz.hunt.MOST", 1)
+        patch.setattr("reference.fuzz.campaign.MOST_FAILURES", 1)
         status = run(
             ["fuzz", "--seed", "7", "--scenes", "9", "--reference", "inside-out", "-o", str(out)]
         )
@@ -148,7 +148,7 @@ FUZZ = ["fuzz", "--seed", "7", "--scenes", "1"]
 
 
 @pytest.mark.full
-def test_somebody_elses_function_is_hunted_and_its_test_is_ready(
+def test_somebody_elses_function_is_fuzzed_and_its_test_is_ready(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(HELPERS)
@@ -164,7 +164,7 @@ def test_somebody_elses_function_is_hunted_and_its_test_is_ready(
     generated_test(case)()
 
 
-def test_an_honest_program_passes_a_hunt(
+def test_an_honest_program_passes_a_campaign(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.chdir(HELPERS)
@@ -174,7 +174,7 @@ def test_an_honest_program_passes_a_hunt(
     assert "1 comparison, 0 failures" in capsys.readouterr().out
 
 
-def test_frames_rendered_earlier_cannot_be_hunted(
+def test_frames_rendered_earlier_cannot_be_campaign_sentence(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     assert run([*FUZZ, "--frames", str(tmp_path), "--out", str(tmp_path)]) == 2

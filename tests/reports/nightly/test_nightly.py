@@ -24,7 +24,7 @@ from minirt.errors import InputError
 from minirt.quantities import STAGES
 from minirt.scene import Scene
 from reference import registry
-from reference.fuzz.hunt import Hunt
+from reference.fuzz.campaign import Campaign, CampaignOptions
 from reference.mutants.floor import Floor
 from reference.mutants.matrix import Kill
 from reference.mutants.run import MutationRun
@@ -73,9 +73,9 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             )
         )
 
-    def hunt(seed: int, _: object, __: int, seconds: float, **more: object) -> Hunt:
-        done.append(f"fuzz {seconds:g}")
-        return Hunt(seed, 3, 3, 0, 99, 100, seconds=seconds)
+    def run_campaign(seed: int, _: object, options: CampaignOptions, **more: object) -> Campaign:
+        done.append(f"fuzz {options.seconds:g}")
+        return Campaign(seed, 3, 3, 0, 99, 100, seconds=options.seconds)
 
     def mutants(names: Sequence[str], *_: object) -> MutationRun:
         done.append(f"mutants {' '.join(names) if len(names) < 9 else 'all'}")
@@ -87,7 +87,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setattr(steps, "run_verify", verify)
     for name in set(runs.REPORTS) - {"results.json"}:
         monkeypatch.setitem(runs.REPORTS, name, lambda _: "a report\n")
-    monkeypatch.setattr(steps, "hunt", hunt)
+    monkeypatch.setattr(steps, "run_campaign", run_campaign)
     monkeypatch.setattr(steps, "run_mutants", mutants)
     monkeypatch.setattr("reference.mutants.floor.sensitivity_floor", lambda: Floor(1, 1, 1, 1))
     return done
@@ -137,9 +137,9 @@ def test_a_night_leaves_everything_in_its_place(
     }  # fmt: skip
     note = json.loads((folder / "night.json").read_text(encoding="utf-8"))
     assert list(note["steps"]) == ["mutants", "verify", "history", "fuzz"]
-    hunted = json.loads((folder / "fuzz" / "fuzz.json").read_text(encoding="utf-8"))
-    assert [r["seed"] for r in hunted["rounds"]] == [note["seed"], (note["seed"] + 1) % 2**32]
-    assert (hunted["scenes"], hunted["exit_status"]) == (6, 0)
+    fuzzed = json.loads((folder / "fuzz" / "fuzz.json").read_text(encoding="utf-8"))
+    assert [r["seed"] for r in fuzzed["rounds"]] == [note["seed"], (note["seed"] + 1) % 2**32]
+    assert (fuzzed["scenes"], fuzzed["exit_status"]) == (6, 0)
     assert (out / "summary.md").read_bytes() == (folder / "night.md").read_bytes()
     assert "PASS: mutants, verify, history, fuzz all passed" in (out / "summary.md").read_text()
 
@@ -267,9 +267,9 @@ def test_a_night_that_was_interrupted_goes_on_with_what_is_missing(
     assert night("--budget", "90s") == 0
     folder = only(tmp_path / "out")
     seed = json.loads((folder / "night.json").read_text(encoding="utf-8"))["seed"]
-    hunted = folder / "fuzz" / "fuzz.json"
-    first = json.loads(hunted.read_text(encoding="utf-8"))["rounds"][:1]
-    hunted.write_text(json.dumps({"rounds": first}), encoding="utf-8")
+    fuzzed = folder / "fuzz" / "fuzz.json"
+    first = json.loads(fuzzed.read_text(encoding="utf-8"))["rounds"][:1]
+    fuzzed.write_text(json.dumps({"rounds": first}), encoding="utf-8")
     note = json.loads((folder / "night.json").read_text(encoding="utf-8"))
     note["finished"] = None
     for lost in ("fuzz", "history", "verify"):  # as if it had been killed before it was noted
@@ -279,7 +279,7 @@ def test_a_night_that_was_interrupted_goes_on_with_what_is_missing(
     assert night("--budget", "90s") == 0
     assert tried == ["fuzz 30"]
     assert only(tmp_path / "out") == folder
-    rounds = json.loads(hunted.read_text(encoding="utf-8"))["rounds"]
+    rounds = json.loads(fuzzed.read_text(encoding="utf-8"))["rounds"]
     assert [each["seed"] for each in rounds] == [seed, (seed + 1) % 2**32]
     with History(str(tmp_path / "out" / "history.sqlite"), create=False) as history:
         assert history.latest() == 1  # added once
@@ -295,7 +295,7 @@ def test_another_question_is_another_night(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(steps, "hunt", interrupt)
+        patch.setattr(steps, "run_campaign", interrupt)
         assert night() == 130
     if other == "age":
         path = only(tmp_path / "out") / "night.json"
@@ -324,7 +324,7 @@ def test_a_night_at_work_is_left_alone_until_it_is_killed(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(steps, "hunt", interrupt)
+        patch.setattr(steps, "run_campaign", interrupt)
         night()
     working = only(tmp_path / "out")
     command = [sys.executable, "-c", HOLD, str(working / ".lock")]
@@ -392,10 +392,10 @@ def test_a_summary_that_nobody_took_is_no_good_night(
 def test_a_step_that_breaks_down_costs_itself(
     tried: list[str], night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(*_: object, **__: object) -> Hunt:
+    def broken(*_: object, **__: object) -> Campaign:
         raise RuntimeError("out of luck")
 
-    monkeypatch.setattr(steps, "hunt", broken)
+    monkeypatch.setattr(steps, "run_campaign", broken)
     assert night() == 3
     assert tried == ["mutants all", "verify"]
     text = (tmp_path / "out" / "summary.md").read_text(encoding="utf-8")
@@ -405,16 +405,16 @@ def test_a_step_that_breaks_down_costs_itself(
 @pytest.mark.parametrize(
     ("found", "status"),
     [
-        (Hunt(1, 3, 3, 0, 80, 100, seconds=99), 1),  # too vague
-        (Hunt(1, 0, 0, 0, 0, 0, (("honest", "it is away"),), seconds=0), 3),
-        (Hunt(1, 3, 0, 3, 0, 0, seconds=99), 3),  # nothing compared
-        (Hunt(1, 3, 2, 0, 99, 100, (), ("a scene: no answer",), seconds=99), 3),
+        (Campaign(1, 3, 3, 0, 80, 100, seconds=99), 1),  # too vague
+        (Campaign(1, 0, 0, 0, 0, 0, (("honest", "it is away"),), seconds=0), 3),
+        (Campaign(1, 3, 0, 3, 0, 0, seconds=99), 3),  # nothing compared
+        (Campaign(1, 3, 2, 0, 99, 100, (), ("a scene: no answer",), seconds=99), 3),
     ],
 )
-def test_a_hunt_that_proves_nothing_is_no_good_night(
-    found: Hunt, status: int, tried: list[str], night: Night, monkeypatch: pytest.MonkeyPatch
+def test_a_campaign_that_proves_nothing_is_no_good_night(
+    found: Campaign, status: int, tried: list[str], night: Night, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(steps, "hunt", lambda *_, **__: found)
+    monkeypatch.setattr(steps, "run_campaign", lambda *_, **__: found)
     assert night("--budget", "90s") == status
 
 
@@ -535,7 +535,7 @@ def test_a_real_night_with_a_small_budget(
     assert {name: step["exit_status"] for name, step in note["steps"].items()} == {
         "verify": 0, "history": 0, "fuzz": 0, "mutants": 3,
     }  # fmt: skip
-    hunted = json.loads((folder / "fuzz" / "fuzz.json").read_text(encoding="utf-8"))
-    assert hunted["compared"] == hunted["scenes"] >= 1
+    fuzzed = json.loads((folder / "fuzz" / "fuzz.json").read_text(encoding="utf-8"))
+    assert fuzzed["compared"] == fuzzed["scenes"] >= 1
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert page.partition("</head>")[0].count("<title>") == 1

@@ -1,4 +1,4 @@
-"""Draw scenes, compare, shrink what fails, until scenes or time are used up."""
+"""A fuzzing campaign: draw random scenes, compare, and shrink each failure."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from functools import partial
 
 from minirt import load_scene
 from minirt.scene import Scene
-from reference.fuzz.bench import Bench, Trial
 from reference.fuzz.scenes import mesh_folder, scene_document
 from reference.fuzz.shrink import Shrunk, shrink
+from reference.fuzz.trial import Trial, TrialWorkers
 from reference.jobs.cluster import Cluster, Job, in_order
+from reference.jobs.isolate import Progress
 from reference.source import Reference
 from reference.verify.options import TIMEOUT
 
-#: Least share of certain pixels over all quantities, references and scenes of a hunt. A fuzz
-#: scene may lack them, being built to be delicate; a renderer whose declared error makes a
-#: tenth of everything uncertain is not being tested.
-HUNT_FLOOR = 0.9
-#: Failures after which a hunt ends: the next ones mostly have the same cause.
-MOST = 10
+#: Least share of certain pixels over all quantities, references and scenes of a
+#: campaign. A single scene may have fewer, since it is built to be delicate; but a renderer whose
+#: declared error makes a tenth of all pixels uncertain is not really tested.
+CAMPAIGN_FLOOR = 0.9
+#: Failures after which a campaign ends: further ones mostly have the same cause.
+MOST_FAILURES = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,14 +34,14 @@ class Failure:
     Attributes
     ----------
     number : int
-        Of the scene in the hunt.
+        Of the scene in the campaign.
     reference : str
     drawn : Scene
         As it was drawn.
     trial : Trial
-        How that one fails.
+        How the drawn scene fails.
     shrunk : Shrunk
-        The smallest that fails in the same first stage.
+        The smallest scene that fails in the same first stage.
     """
 
     number: int
@@ -56,19 +57,19 @@ class Failure:
 
 
 @dataclass(frozen=True, eq=False)
-class Hunt:
-    """A hunt from its first scene to its last.
+class Campaign:
+    """The result of a campaign.
 
     Attributes
     ----------
     seed, scenes : int
         Scenes 0…scenes−1 of the seed were drawn.
     compared, unsupported : int
-        Pairs of scene and reference that were compared, and that could not be.
+        Pairs of scene and reference that were compared, and pairs that could not be.
     certain, judged : int
-        Pixels that were certain, and all, over all quantities compared.
+        Certain pixels, and all pixels, summed over the quantities compared.
     missing : dict of str to str
-        By reference that cannot run here: why.
+        By reference that cannot run here: the reason.
     unjudged : tuple of str
         Scenes at which minirt itself did not answer, with the reason.
     failures : tuple of Failure
@@ -88,37 +89,54 @@ class Hunt:
 
     @property
     def certain_share(self) -> float:
-        """Of the pixels judged; 0 where there are none."""
+        """Share of certain pixels; 0 where none was judged."""
         return self.certain / self.judged if self.judged else 0.0
 
     @property
     def vague(self) -> bool:
-        """Whether too few pixels were certain for the hunt to mean anything."""
-        return self.judged > 0 and self.certain_share < HUNT_FLOOR
+        """Whether too few pixels were certain for the campaign to mean anything."""
+        return self.judged > 0 and self.certain_share < CAMPAIGN_FLOOR
 
 
-#: A scene, how it ended before each reference, and what fails, shrunk when it is asked for.
-Taken = tuple[Scene, Mapping[str, Trial], Iterable[Failure]]
-#: Called after each scene with the numbers of scenes done and of failures.
-Progress = Callable[[int, int], None]
-#: Called with each failure as soon as it is shrunk.
-Found = Callable[[Failure], None]
+#: A scene, its trial by each reference, and the failures among them, shrunk when asked for.
+Tried = tuple[Scene, Mapping[str, Trial], Iterable[Failure]]
 
 
-def hunt(
+@dataclass(frozen=True)
+class CampaignOptions:
+    """How long a campaign lasts, and with how many processes.
+
+    Attributes
+    ----------
+    scenes : int
+        At most so many are drawn.
+    seconds : float
+        No scene is drawn later than this.
+    jobs : int
+        Processes of each kind.
+    timeout : float
+        Seconds that a reference may take for one scene.
+    shrink_seconds : float
+        For each failure.
+    """
+
+    scenes: int
+    seconds: float = float("inf")
+    jobs: int = 1
+    timeout: float = TIMEOUT
+    shrink_seconds: float = 60.0
+
+
+def run_campaign(
     seed: int,
     references: Sequence[Reference],
-    scenes: int,
-    seconds: float = float("inf"),
+    options: CampaignOptions,
     *,
-    bench: Bench | None = None,
-    jobs: int = 1,
-    timeout: float = TIMEOUT,
-    shrink_seconds: float = 60.0,
-    progress: Progress | None = None,
-    found: Found | None = None,
+    workers: TrialWorkers | None = None,
     cluster: Cluster | None = None,
-) -> Hunt:
+    progress: Progress | None = None,
+    on_failure: Callable[[Failure], None] | None = None,
+) -> Campaign:
     """Compare references with minirt on random scenes, and shrink what fails.
 
     Parameters
@@ -126,86 +144,83 @@ def hunt(
     seed : int
         At least 0; scene k of a seed is always the same.
     references : sequence of Reference
-        Whoever is to be judged: renderers, or a program under test.
-    scenes : int
-        At most so many.
-    seconds : float
-        After which no further scene is drawn.
-    bench : Bench, optional
-        Whose processes to use; those of a new one with `jobs` processes of each kind and
-        `timeout` seconds for a reference's scene when left out.
-    shrink_seconds : float
-        For each failure.
-    progress, found : callable, optional
+        Renderers, or a program under test.
+    options : CampaignOptions
+    workers : TrialWorkers, optional
+        Processes that are there already; without them new ones are started.
     cluster : Cluster, optional
-        Whose workers take a scene each, and shrink it, in place of `bench`, with `jobs` processes
-        of each kind; which references are missing is found out there.
+        Whose workers try and shrink a scene each, in place of this machine; they find out which
+        references are missing.
+    progress : callable, optional
+        Called after each scene, with the number of scenes that are done and of all.
+    on_failure : callable, optional
+        Called with each failure as soon as it is shrunk.
     """
-    if bench is None and cluster is None:
-        with Bench(jobs, timeout) as own:
-            return hunt(
-                seed, references, scenes, seconds,
-                bench=own, shrink_seconds=shrink_seconds, progress=progress, found=found,
+    if workers is None and cluster is None:
+        with TrialWorkers(options.jobs, options.timeout) as own:
+            return run_campaign(
+                seed, references, options,
+                workers=own, progress=progress, on_failure=on_failure,
             )  # fmt: skip
     start, tally = time.perf_counter(), _Tally()
-    drawn = _drawn(seed, scenes, start + seconds)
+    drawn = _drawn(seed, options.scenes, start + options.seconds)
     if cluster is not None:
-        taken = _taken_on(cluster, drawn, references, (jobs, timeout, shrink_seconds))
-    elif bench is not None:
-        taken = _taken(bench, drawn, tally.present(references), shrink_seconds)
-    with closing(taken):
-        for done, (scene, trials, failures) in enumerate(taken, start=1):
-            if not tally.note(scene, trials):
+        tried = _tried_on(cluster, drawn, references, options)
+    elif workers is not None:
+        tried = _tried(workers, drawn, tally.present(references), options.shrink_seconds)
+    with closing(tried):
+        for done, (scene, trials, failures) in enumerate(tried, start=1):
+            if not tally.add(scene, trials):
                 break
             for failure in failures:
                 tally.failures.append(failure)
-                if found is not None:
-                    found(failure)
+                if on_failure is not None:
+                    on_failure(failure)
             if progress is not None:
-                progress(done, len(tally.failures))
-            if len(tally.failures) >= MOST:
+                progress(done, options.scenes)
+            if len(tally.failures) >= MOST_FAILURES:
                 break
-    return tally.hunt(seed, time.perf_counter() - start)
+    return tally.campaign(seed, time.perf_counter() - start)
 
 
 def drawn_scene(seed: int, number: int) -> Scene:
-    """Scene `number` of a hunt."""
+    """Scene `number` of a campaign."""
     return load_scene(scene_document(seed, number), folder=mesh_folder())
 
 
 def _drawn(seed: int, scenes: int, deadline: float) -> Iterator[tuple[int, Scene]]:
-    """The scenes of a hunt with their numbers, as long as there is time."""
+    """The scenes of a campaign with their numbers, until the time is used up."""
     for number in range(scenes):
         if time.perf_counter() > deadline:
             return
         yield number, drawn_scene(seed, number)
 
 
-def _taken(
-    bench: Bench,
+def _tried(
+    workers: TrialWorkers,
     drawn: Iterable[tuple[int, Scene]],
     references: Sequence[Reference],
     seconds: float,
-) -> Generator[Taken]:
-    """Each scene before every reference, here."""
+) -> Generator[Tried]:
+    """Try each scene by every reference, on this machine."""
     for number, scene in drawn if references else ():
-        trials = dict(zip(_names(references), bench.trials(scene, references), strict=True))
-        yield scene, trials, _shrunk(bench, number, scene, references, trials, seconds)
+        trials = dict(zip(_names(references), workers.trials(scene, references), strict=True))
+        yield scene, trials, _shrunk(workers, number, scene, references, trials, seconds)
 
 
-def _taken_on(
+def _tried_on(
     cluster: Cluster,
     drawn: Iterable[tuple[int, Scene]],
     references: Sequence[Reference],
-    how: tuple[int, float, float],
-) -> Generator[Taken]:
-    """Each scene before every reference, by the workers of a cluster."""
+    options: CampaignOptions,
+) -> Generator[Tried]:
+    """Try each scene by every reference, on the workers of a cluster."""
     sent: deque[Scene] = deque()
 
     def jobs() -> Iterator[Job]:
         for number, scene in drawn if references else ():
             sent.append(scene)
-            yield _take, (number, scene, tuple(references), *how)
+            yield _try_on_worker, (number, scene, tuple(references), options)
 
     with closing(cluster.outcomes(jobs())) as ended:
         for outcome in in_order(ended):
@@ -217,33 +232,33 @@ def _taken_on(
                 yield scene, dict.fromkeys(_names(references), lost), ()
 
 
-def _take(
+def _try_on_worker(
     number: int,
     scene: Scene,
     references: Sequence[Reference],
-    jobs: int,
-    timeout: float,
-    seconds: float,
+    options: CampaignOptions,
 ) -> tuple[Mapping[str, Trial], list[Failure]]:
-    """One scene before every reference, on a worker, and what fails there, shrunk."""
-    with Bench(jobs, timeout) as bench:
-        _, trials, failures = next(_taken(bench, [(number, scene)], references, seconds))
+    """Try one scene by every reference, on a worker, and shrink each failure."""
+    with TrialWorkers(options.jobs, options.timeout) as workers:
+        _, trials, failures = next(
+            _tried(workers, [(number, scene)], references, options.shrink_seconds)
+        )
         return trials, list(failures)
 
 
 def _shrunk(
-    bench: Bench,
+    workers: TrialWorkers,
     number: int,
     scene: Scene,
     references: Sequence[Reference],
     trials: Mapping[str, Trial],
     seconds: float,
 ) -> Iterator[Failure]:
-    """What fails, shrunk."""
+    """The failures among trials, each shrunk when it is asked for."""
     for reference in references:
         trial = trials[reference.name]
         if trial.state == "failed":
-            ask = partial(bench.trial, reference=reference)
+            ask = partial(workers.trial, reference=reference)
             small = shrink(scene, trial, ask, seconds)
             yield Failure(number, reference.name, scene, trial, small)
 
@@ -253,7 +268,7 @@ def _names(references: Iterable[Reference]) -> list[str]:
 
 
 class _Tally:
-    """What a hunt has found so far."""
+    """What a campaign has found so far."""
 
     def __init__(self) -> None:
         self._trials: list[Trial] = []
@@ -263,14 +278,14 @@ class _Tally:
         self.failures: list[Failure] = []
 
     def present(self, references: Sequence[Reference]) -> list[Reference]:
-        """Those that can run here; of the others, it is noted why not."""
+        """The references that can run here; record why the others cannot."""
         for reference in references:
             if why := reference.missing():
                 self._missing[reference.name] = why
         return [reference for reference in references if reference.name not in self._missing]
 
-    def note(self, scene: Scene, trials: Mapping[str, Trial]) -> bool:
-        """Add a scene's trials; whether any reference was there at all."""
+    def add(self, scene: Scene, trials: Mapping[str, Trial]) -> bool:
+        """Add a scene's trials; whether any reference could run at all."""
         self._missing |= {n: t.reason for n, t in trials.items() if t.state == "missing"}
         if all(trial.state == "missing" for trial in trials.values()):
             return False
@@ -280,10 +295,10 @@ class _Tally:
         self._unjudged += [f"{scene.name}: {reason}" for reason in why]
         return True
 
-    def hunt(self, seed: int, seconds: float) -> Hunt:
+    def campaign(self, seed: int, seconds: float) -> Campaign:
         """The finished record."""
         states = [trial.state for trial in self._trials]
-        return Hunt(
+        return Campaign(
             seed=seed,
             scenes=self._scenes,
             compared=states.count("passed") + states.count("failed"),

@@ -1,4 +1,7 @@
-"""Simpler versions of a scene document, the boldest first. None is sure to load."""
+"""Shrinking candidates: simpler versions of a scene document, the largest step first.
+
+A candidate need not be a valid scene.
+"""
 
 from __future__ import annotations
 
@@ -10,27 +13,27 @@ from typing import Any
 import numpy as np
 
 from minirt.scene import Facets, Scene
-from reference.fuzz.moves import moved
 from reference.fuzz.placements import Document, numbers
+from reference.fuzz.transform import transformed
 
-#: Significant digits that numbers are rounded to, the roundest first.
+#: Significant digits to which numbers are rounded, the fewest first.
 DIGITS = (1, 2, 3, 4, 6, 9, 12)
-#: Sides of the windows that an image is cut to, in pixels.
+#: Sides of the windows to which an image is cropped, in pixels.
 SIDES = (1, 2, 4, 8)
-#: Properties of a material, the simplest value of each first in line.
-_PLAIN: dict[str, Any] = {
+#: The simplest value of each property of a material.
+_SIMPLEST_MATERIAL: dict[str, Any] = {
     "ambient": [0.0, 0.0, 0.0], "diffuse": [0.8, 0.8, 0.8], "specular": [0.0, 0.0, 0.0],
     "shininess": 1, "transmittance": 0.0, "reflectance": 0.0, "ior": None, "alpha": 1.0,
 }  # fmt: skip
-#: The same of the scene itself.
-_BARE: dict[str, Any] = {
+#: The simplest value of each property of a scene.
+_SIMPLEST_SCENE: dict[str, Any] = {
     "about": "", "proves": "", "failure_means": "", "rules": [], "floor": None,
     "background": [0.0, 0.0, 0.0], "shadow_color": None, "epsilon": None,
 }  # fmt: skip
 
 
 def windows(document: Document, column: int, row: int) -> Iterator[Document]:
-    """The screen cut along pixel borders to a window around a pixel, whose ray stays.
+    """Crop the screen along pixel borders to a window around a pixel, which keeps its ray.
 
     Parameters
     ----------
@@ -65,8 +68,8 @@ def without_objects(document: Document, first: int, count: int) -> Document:
     return document | {"objects": objects, "materials": materials or document["materials"]}
 
 
-def plainer_objects(document: Document, scene: Scene) -> Iterator[Document]:
-    """One mesh or polygon as a single triangle of it, or one object of the first material."""
+def simpler_objects(document: Document, scene: Scene) -> Iterator[Document]:
+    """One mesh or polygon replaced by one of its triangles, or one object in the first material."""
     for k, thing in enumerate(scene.objects):
         if isinstance(thing, Facets) and thing.type != "triangle":
             for face in thing.faces[:64]:
@@ -81,9 +84,9 @@ def plainer_objects(document: Document, scene: Scene) -> Iterator[Document]:
             yield without_objects(new, len(new["objects"]), 0)
 
 
-def plainer_properties(document: Document) -> Iterator[Document]:
-    """One property of the scene, its light or a material at its plainest."""
-    for name, value in _BARE.items():
+def simpler_properties(document: Document) -> Iterator[Document]:
+    """One property of the scene, its light or a material at its simplest value."""
+    for name, value in _SIMPLEST_SCENE.items():
         if document.get(name) != value:
             yield document | {name: value}
     for depth in range(document.get("max_depth", 5)):
@@ -92,14 +95,14 @@ def plainer_properties(document: Document) -> Iterator[Document]:
     if document["light"].get("color") != white["color"]:
         yield document | {"light": document["light"] | white}
     for name, material in document["materials"].items():
-        for key, value in _PLAIN.items():
+        for key, value in _SIMPLEST_MATERIAL.items():
             if material.get(key, value) != value:
                 plain = {name: material | {key: value}}
                 yield document | {"materials": document["materials"] | plain}
 
 
-def plainer_places(document: Document) -> Iterator[Document]:
-    """The scene in the observer's own frame, with the screen at distance 1, or only moved."""
+def simpler_positions(document: Document) -> Iterator[Document]:
+    """The scene in the observer's frame with the screen at distance 1, or translated only."""
     screen = document["screen"]
     axes = np.array([screen[axis] for axis in "uvn"])
     P0, scale = np.array(screen["P0"]), 1.0 / abs(screen["nu"])
@@ -107,7 +110,7 @@ def plainer_places(document: Document) -> Iterator[Document]:
     for this_turn in (turn, np.eye(3)):
         for this_scale in (scale, 1.0):
             shift = -this_scale * (this_turn @ P0)
-            new = moved(document, this_turn, this_scale, shift)
+            new = transformed(document, this_turn, this_scale, shift)
             if this_turn is turn and not (turn == np.eye(3)).all():
                 rows = np.eye(3).tolist()
                 new["screen"] |= dict(zip("uvn", rows, strict=True))
@@ -116,10 +119,10 @@ def plainer_places(document: Document) -> Iterator[Document]:
                 yield new
 
 
-def rounder_numbers(document: Document) -> Iterator[Callable[[Document], Document]]:
-    """Roundings, each of one place of the document, the largest places first.
+def roundings(document: Document) -> Iterator[Callable[[Document], Document]]:
+    """Roundings, each of one part of the document, the largest parts first.
 
-    Each is to be tried on the document as it then is: places stay where they are.
+    Apply each to the current document: the paths of its parts do not change.
     """
     objects = [("objects", k) for k in range(len(document["objects"]))]
     bounds = [("screen", name) for name in ("nu", "P0", "l", "r", "b", "t")]
@@ -132,7 +135,7 @@ def rounder_numbers(document: Document) -> Iterator[Callable[[Document], Documen
 
 
 def rounded(value: Any, digits: int) -> Any:
-    """Every float in JSON data to some significant digits.
+    """Round every float in JSON data to some significant digits.
 
     Examples
     --------
@@ -155,7 +158,7 @@ def _with_object(document: Document, k: int, entry: Document) -> Document:
 
 
 def _paths(value: Any, place: tuple[Any, ...]) -> Iterator[tuple[Any, ...]]:
-    """Where the floats within a value are."""
+    """The paths of the floats within a value."""
     if isinstance(value, float):
         yield place
     elif isinstance(value, dict | list):

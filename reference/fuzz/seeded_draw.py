@@ -1,4 +1,4 @@
-"""One value of a Hypothesis strategy for one seed, the same in every process."""
+"""Draw one value of a Hypothesis strategy from a seed, the same in every process."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 class SeedOnly(HypothesisProvider):
-    """Draws that depend on the seed alone.
+    """Draw from the seed alone.
 
-    Hypothesis' own provider mixes in constants that it finds in the modules that happen to be
-    loaded, so that a seed means another scene in another process.
+    Hypothesis' own provider also uses constants from the modules that happen to be loaded, so
+    that a seed would mean different scenes in different processes.
     """
 
     def _maybe_draw_constant(self, *_: Any, **__: Any) -> None:
@@ -27,7 +27,7 @@ AVAILABLE_PROVIDERS["minirt-seed-only"] = SeedOnly
 
 
 def draw_one(strategy: SearchStrategy[T], seed: int) -> T:
-    """What a strategy draws with a seed. Hypothesis draws its simplest value first: not that one.
+    """Draw a value with a seed: not the first one, which is always the simplest.
 
     Parameters
     ----------

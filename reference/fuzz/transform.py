@@ -1,4 +1,4 @@
-"""A scene document turned, scaled and moved as a whole: the same image of the same scene."""
+"""Rotate, scale and translate a scene document as a whole: the image stays the same."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from minirt.vectors import Floats
 from reference.fuzz.placements import Document, numbers
 
 
-def moved(document: Document, turn: Floats, scale: float, shift: Floats) -> Document:
+def transformed(document: Document, turn: Floats, scale: float, shift: Floats) -> Document:
     """A copy in which each point p is at scale·turn·p + shift.
 
     Parameters
