@@ -1,4 +1,4 @@
-"""Arguments of the public procedures: numbers and vectors of any array-like, checked."""
+"""Checks of the arguments of public functions: numbers and vectors, as any array-like."""
 
 from __future__ import annotations
 
@@ -14,7 +14,12 @@ from minirt.vectors import Floats
 
 
 def vectors(**named: ArrayLike) -> tuple[list[Floats], bool]:
-    """Vectors (3,) or (3, n) as (3, n) of one common n, and whether all of them were single.
+    """Vectors as arrays (3, n) with one common n, and whether all of them were single.
+
+    Parameters
+    ----------
+    named : array-likes (3,) or (3, n)
+        By the argument's name, for errors. A single vector is repeated n times.
 
     Raises
     ------
@@ -50,6 +55,7 @@ def nonzero(**named: ArrayLike) -> None:
     Raises
     ------
     InputError
+        One of them is; the message names the argument.
     """
     for name, value in named.items():
         largest = float(np.abs(_array(value, name)).max(axis=0).min(initial=np.inf))
@@ -68,6 +74,11 @@ def rays(P0: ArrayLike, d: ArrayLike, t0: float = 0.0, t1: float = np.inf) -> tu
     """Rays of origins and directions (3,) or (3, n), and whether it was a single ray.
 
     A vector that is given once is shared by all rays.
+
+    Raises
+    ------
+    InputError
+        Not vectors, or a direction that is zero.
     """
     (origins, directions), single = vectors(P0=P0, d=d)
     nonzero(d=d)
@@ -80,26 +91,30 @@ def rays(P0: ArrayLike, d: ArrayLike, t0: float = 0.0, t1: float = np.inf) -> tu
 
 
 def numbers(value: ArrayLike, name: str, n: int) -> Floats:
-    """A number, or one a ray, as (n,) float64; finite.
+    """One number, or one for each ray, as (n,) float64.
 
     Raises
     ------
     InputError
+        Not a number, not as many as rays, or not finite.
     """
     array = _array(value, name)
     if array.ndim > 1 or array.size not in (1, n):
-        raise InputError("neither one number nor one a ray", where=name, got=f"shape {array.shape}")
+        raise InputError(
+            "neither one number nor one for each ray", where=name, got=f"shape {array.shape}"
+        )
     if not np.isfinite(array).all():
         raise InputError("a number is not finite", where=name)
     return np.broadcast_to(array.reshape(-1), (n,))
 
 
 def interval(t0: float, t1: float) -> None:
-    """Check S6's [t0, t1]: 0 ≤ t0 ≤ t1.
+    """Check the interval [t0, t1] of S6.
 
     Raises
     ------
     InputError
+        Not 0 ≤ t0 ≤ t1.
     """
     try:
         fits = 0 <= t0 <= t1
@@ -112,7 +127,7 @@ def interval(t0: float, t1: float) -> None:
 
 
 def shaped(value: NDArray[Any], single: bool) -> Any:
-    """The last axis of a single ray's answer dropped."""
+    """A result (..., n), without its last axis for a single ray."""
     return value[..., 0] if single else value
 
 

@@ -1,19 +1,29 @@
-"""One tree of errors: what is wrong, where, what was found and what would be right."""
+"""The exceptions of minirt: each says what is wrong, where, what was found and expected."""
 
 from __future__ import annotations
 
 
 class MinirtError(Exception):
-    """Something minirt was asked for cannot be done; nothing was changed.
+    """A request that minirt cannot carry out; the base of all its exceptions.
 
     Parameters
     ----------
     what : str
         What is wrong, in one sentence without a full stop.
     where : str
-        The file, JSON path, argument or scene it concerns; empty where there is none.
+        The file, JSON path, argument or scene that it concerns; empty for none.
     got, expected : str
         What was found, and what would be right; empty where the sentence says it all.
+
+    Attributes
+    ----------
+    exit_status : int
+        The exit status of a command that ends with this error.
+
+    Examples
+    --------
+    >>> str(MinirtError("wrong size", where="a.exr", got="2 × 2", expected="4 × 4"))
+    'a.exr: wrong size; got 2 × 2; expected 4 × 4'
     """
 
     exit_status = 2
@@ -38,15 +48,15 @@ class MinirtError(Exception):
 
 
 class SceneError(MinirtError):
-    """A scene, or a file that it names, is not what the format asks for."""
+    """A scene, or a mesh file that it names, does not follow the format."""
 
 
 class InputError(MinirtError):
-    """An argument or an input file that is not a scene cannot be used."""
+    """An argument, or an input file other than a scene, cannot be used."""
 
 
 class NotInFrame(InputError, KeyError):
-    """A quantity that a frame does not hold; a `KeyError` too, since a frame is a mapping."""
+    """A quantity that a frame does not hold; also a `KeyError`, since a frame is a mapping."""
 
 
 class ReferenceError(MinirtError):

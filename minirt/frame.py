@@ -16,12 +16,12 @@ Array = NDArray[Any]
 
 
 def planes(array: Array) -> list[Array]:
-    """An image's components, (ny, nx) each, of (ny, nx) or (ny, nx, k)."""
+    """The components of an image (ny, nx) or (ny, nx, k), as arrays (ny, nx)."""
     return [array] if array.ndim == 2 else [array[..., k] for k in range(array.shape[2])]
 
 
 def has_numbers(array: Array) -> NDArray[np.bool_]:
-    """Where every component of an image (ny, nx) or (ny, nx, k) is a finite number, (ny, nx)."""
+    """Where all components of an image (ny, nx) or (ny, nx, k) are finite, as a mask (ny, nx)."""
     numbers: NDArray[np.bool_] = np.logical_and.reduce([*map(np.isfinite, planes(array))])
     return numbers
 
@@ -40,7 +40,12 @@ class Frame(Mapping[str, Array]):
     Raises
     ------
     InputError
-        A name that the table does not have, or shapes that do not fit one image.
+        A name that the table does not have, or a wrong type or shape.
+
+    Examples
+    --------
+    >>> Frame({"hit": np.zeros((3, 4), dtype=bool)})
+    <Frame 4 × 3: hit>
     """
 
     arrays: dict[str, Array]
@@ -90,7 +95,7 @@ class Frame(Mapping[str, Array]):
 
     @property
     def size(self) -> tuple[int, int]:
-        """(ny, nx); (0, 0) for a frame that holds nothing."""
+        """Rows and columns, (ny, nx); (0, 0) for a frame without quantities."""
         for array in self.arrays.values():
             return array.shape[0], array.shape[1]
         return 0, 0

@@ -1,6 +1,6 @@
-"""The one table of quantities: what a frame can hold, in which type, unit and place.
+"""The table of quantities: what a frame can hold, of which type and kind, and of which rule.
 
-Everything that names a quantity (files, comparisons, reports, documentation) reads it here.
+Everything that names a quantity (files, comparisons, reports, documentation) takes it from here.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Stage = Literal[
     "shadow", "reflection", "refraction", "secondary", "colour",
 ]  # fmt: skip
 
-#: Causal order: a wrong pixel is charged to the first of these in which it is wrong.
+#: Causal order: a wrong pixel is attributed to the first of these stages in which it is wrong.
 STAGES: tuple[Stage, ...] = (
     "ray", "hit", "object", "t", "normal",
     "shadow", "reflection", "refraction", "secondary", "colour",
@@ -37,15 +37,15 @@ class Quantity:
     kind : str
         discrete, ratio, length, direction or colour: decides how two values are compared.
     miss : float
-        The value where it does not apply.
+        The value of pixels to which the quantity does not apply.
     rules : tuple of str
         The lecture's rules it belongs to.
     stage : str
-        Where in the causal order it is judged.
+        Its place in the causal order, one of `STAGES`.
     channels : tuple of str
         Its channel names in an OpenEXR file.
     about : str
-        Meaning, for people.
+        Its meaning, in words.
     """
 
     name: str
@@ -64,11 +64,11 @@ class Quantity:
         return self.kind == "discrete"
 
     def shape(self, ny: int, nx: int) -> tuple[int, ...]:
-        """Shape of its array for an image of ny rows and nx columns."""
+        """Shape of its array in an image of ny rows and nx columns."""
         return (ny, nx) if self.components == 1 else (ny, nx, self.components)
 
     def missing(self, ny: int, nx: int) -> np.ndarray[Any, Any]:
-        """An array of its type that says 'nothing hit' everywhere."""
+        """An array of its type and shape that holds `miss` everywhere."""
         return np.full(self.shape(ny, nx), self.miss, dtype=self.dtype)
 
 

@@ -1,4 +1,4 @@
-"""A camera given by eye, target and angle, resolved to the slides' screen."""
+"""A camera given by eye, target and field of view, resolved to the slides' screen."""
 
 from __future__ import annotations
 
@@ -15,12 +15,20 @@ _PI = Decimal("3.14159265358979323846264338327950288419716939937510582")
 
 
 def resolve_look_at(model: LookAtScreenModel, where: str) -> VirtualScreen:
-    """The screen at distance 1 before the eye: n looks back from target to eye, ν = −1.
+    """The screen at distance 1 in front of the eye: n points from target to eye, ν = −1.
+
+    Parameters
+    ----------
+    model : LookAtScreenModel
+    where : str
+        The file and the JSON path of the screen, for errors.
 
     Raises
     ------
     SceneError
-        If eye and target coincide, or `up` is along the line of sight.
+        Eye and target coincide, or `up` is along the line of sight.
+
+    Source: S1.
     """
     camera = model.look_at
     eye, up = np.array(camera.eye), np.array(camera.up)
@@ -50,7 +58,7 @@ def resolve_look_at(model: LookAtScreenModel, where: str) -> VirtualScreen:
 
 
 def half_angle_tangent(degrees: float) -> float:
-    """tan(degrees/2), correctly rounded but for ties: a C library's tangent differs among CPUs.
+    """tan(degrees/2), correctly rounded but for ties; a C library's tangent differs between CPUs.
 
     Examples
     --------
@@ -72,6 +80,6 @@ def half_angle_tangent(degrees: float) -> float:
 
 
 def _unit(vector: Floats) -> Floats:
-    """Unit to the last bit where it can be: a second division mends the first one's rounding."""
+    """The unit vector; a second division corrects the rounding of the first one."""
     once = vector / norm(vector)
     return once / norm(once)

@@ -1,4 +1,4 @@
-"""The scene file's format, version 1, as pydantic models: the published JSON Schema is theirs."""
+"""The scene file's format, version 1, as pydantic models; the published JSON Schema is theirs."""
 
 from __future__ import annotations
 
@@ -17,11 +17,13 @@ from pydantic import (
 
 #: Largest magnitude of a number in a scene; products of six such lengths stay finite in float64.
 LARGEST = 1e30
-#: Smallest length that is not zero, for the same reason.
+#: Smallest length that does not count as zero, for the same reason.
 SMALLEST = 1e-30
 #: Largest image: 2**28 pixels, for example 16,384 × 16,384.
 MAX_PIXELS = 2**28
+#: Most columns or rows of an image.
 MAX_SIDE = 2**17
+#: Most generations of reflected and refracted rays.
 MAX_DEPTH = 16
 
 _Number = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-LARGEST, le=LARGEST)]
@@ -199,7 +201,7 @@ class SceneDocument(_Model):
 
 
 def key_names(place: tuple[int | str, ...]) -> tuple[str, ...]:
-    """Keys of the object at a place, given as pydantic's `loc` gives it.
+    """The keys that are allowed in the JSON object at a place, which is pydantic's `loc`.
 
     Examples
     --------

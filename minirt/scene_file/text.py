@@ -1,4 +1,4 @@
-"""The text of a scene: where it comes from, and JSON as RFC 8259 has it."""
+"""The text of a scene file: read from its source, and decoded as JSON after RFC 8259."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from minirt.scene_file.validation import json_path, shortened
 MAX_SCENE_BYTES = 256 * 2**20
 #: Digits of the longest integer that is read as one; a longer one is out of every range.
 _MAX_DIGITS = 400
-#: Levels of brackets that are read; the format has six.
+#: Most levels of nested brackets; the format has six.
 _MAX_LEVELS = 64
 
 
 def read_text(source: str) -> tuple[str, Path, str]:
-    """A label for errors, the folder for meshes, and the text of a scene.
+    """A label for errors, the folder of the mesh files, and the text of a scene.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def read_text(source: str) -> tuple[str, Path, str]:
 
 
 def decode(text: str, label: str) -> Any:
-    """The JSON document of a text; NaN and Infinity are left for the format to refuse by path.
+    """The JSON document of a text; NaN and Infinity pass, and validation refuses them by path.
 
     Raises
     ------

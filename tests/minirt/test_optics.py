@@ -150,7 +150,7 @@ def test_S16_shapes(
         (([1, 0, 0], [1, 0, 0], 0, 1), "nu, nu_t: an index of refraction must be positive"),
         (([1, 0, 0], [1, 0, 0], 1, -1), "nu, nu_t: an index of refraction must be positive"),
         (([1, 0, 0], [1, 0, 0], np.nan, 1), "nu: a number is not finite"),
-        (([1, 0, 0], [1, 0, 0], [1, 2], [1, 2, 3]), "nu_t: neither one number nor one a ray"),
+        (([1, 0, 0], [1, 0, 0], [1, 2], [1, 2, 3]), "nu_t: neither one number nor one for each"),
         (([[1, 2], [0, 0], [0, 0]], [1, 0, 0], [1, 1, 1], 1), "nu: neither one number nor"),
         ((np.ones((3, 2)), np.ones((3, 3)), 1, 1), "different numbers of vectors"),
     ],
