@@ -1,58 +1,26 @@
-"""Scenes: every bad input has its one clear error; what is loaded can be written and read again."""
+"""Every bad scene is one clear error with its file and JSON path."""
 
 from __future__ import annotations
 
-import copy
 import io
 import json
 import sys
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-import numpy as np
 import pytest
-from mpmath import mp
 
 import minirt
 from minirt.errors import MinirtError, SceneError
-from minirt.scene_file.atlas import atlas_names
-from minirt.scene_file.look_at import half_angle_tangent
-from minirt.scene_file.schema import SceneDocument, scene_schema
-
-ULP = 2.0**-52
-_SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-_PENTAGRAM = [[0, 3, 0], [2, -3, 0], [-3, 1, 0], [3, 1, 0], [-2, -3, 0]]
-BASE: dict[str, Any] = {
-    "minirt": 1, "name": "small",
-    "screen": {"P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,
-               "l": -1.0, "r": 1.0, "b": -1.0, "t": 1.0, "nx": 4, "ny": 4},
-    "light": {"direction": [-1, -2, -1]},
-    "materials": {"m": {}},
-    "objects": [
-        {"type": "sphere", "material": "m", "center": [0, 0, 0], "radius": 1.0},
-        {"type": "polygon", "material": "m", "vertices": _SQUARE},
-        {"type": "triangle", "material": "m", "vertices": _SQUARE[:3]},
-    ],
-}  # fmt: skip
-_LOOK_AT = {"eye": [3, 2, 5], "target": [0, 0.5, 0], "up": [0, 1, 0], "fov_y": 40}
-_GONE = object()
-
-
-def _put(path: tuple[str | int, ...], value: Any) -> dict[str, Any]:
-    document = copy.deepcopy(BASE)
-    place: Any = document
-    for key in path[:-1]:
-        place = place[key]
-    if value is _GONE:
-        del place[path[-1]]
-    else:
-        place[path[-1]] = value
-    return document
-
-
-def _look_at(**changes: Any) -> dict[str, Any]:
-    return {"look_at": {**_LOOK_AT, **changes}, "nx": 8, "ny": 4}
+from tests.helpers.scene_documents import (
+    BASE,
+    GONE,
+    LOOK_AT,
+    PENTAGRAM,
+    SQUARE,
+    changed,
+    look_at,
+)
 
 
 def _mesh(file: str, **more: Any) -> dict[str, Any]:
@@ -67,7 +35,7 @@ INVALID: list[tuple[tuple[str | int, ...], Any, str, str]] = [
     # where it is put, what is put there, the JSON path named, what the sentence says
     (("minirt",), 2, "minirt", "not a usable value; got 2; expected 1"),
     (("minirt",), True, "minirt", "not a version of the format; got true; expected 1"),
-    (("minirt",), _GONE, "minirt", "a required key is missing"),
+    (("minirt",), GONE, "minirt", "a required key is missing"),
     (("name",), 3, "name", "not text; got 3; expected text in quotes"),
     (("name",), "", "name", 'the text is empty; got ""; expected at least one character'),
     (("name",), "\ud800", "name", "not Unicode text"),
@@ -77,11 +45,11 @@ INVALID: list[tuple[tuple[str | int, ...], Any, str, str]] = [
     (("floor",), {"certain": 2, "why": "x"}, "floor.certain", f"{_RANGE}; got 2; expected at"),
     (("screen",), [], "screen", f"{_OBJECT}; got []"),
     (("screen",), None, "screen", f"{_OBJECT}; got null"),
-    (("screen",), _GONE, "screen", "a required key is missing"),
+    (("screen",), GONE, "screen", "a required key is missing"),
     (("screen", "zoom"), 3, "screen.zoom", "unknown key; got 3"),
-    (("screen", "look_at"), _LOOK_AT, "screen.P0", "unknown key beside look_at; got [0, 0, 5]; "
+    (("screen", "look_at"), LOOK_AT, "screen.P0", "unknown key beside look_at; got [0, 0, 5]; "
      "expected either look_at or P0, u, v, n"),
-    (("screen", "n"), _GONE, "screen.n", "a required key is missing"),
+    (("screen", "n"), GONE, "screen.n", "a required key is missing"),
     (("screen", "P0"), [0, 0], "screen.P0", "too few entries; got 2; expected 3"),
     (("screen", "P0"), [0, 0, 0, 0], "screen.P0", "too many entries; got 4; expected at most 3"),
     (("screen", "P0"), [0, "0", 0], "screen.P0[1]", f'{_NUMBER}; got "0"; expected a number'),
@@ -105,13 +73,13 @@ INVALID: list[tuple[tuple[str | int, ...], Any, str, str]] = [
     (("screen", "nx"), 10**6, "screen.nx", f"{_RANGE}; got 1000000; expected at most 131072"),
     (("screen",), {**BASE["screen"], "nx": 20_000, "ny": 20_000}, "screen.nx",
      "the image is over the size limit; got 20000 × 20000; expected at most 268,435,456 pixels"),
-    (("screen",), _look_at(fov_y=180), "screen.look_at.fov_y", f"{_RANGE}; got 180; expected less"),
-    (("screen",), _look_at(fov_y=0), "screen.look_at.fov_y", f"{_RANGE}; got 0; expected more"),
-    (("screen",), _look_at(eye=[0, 0.5, 0]), "screen.look_at.target", "eye and target coincide"),
-    (("screen",), _look_at(up=[3, 1.5, 5]), "screen.look_at.up", "'up' is zero or along"),
-    (("screen",), _look_at(up=[0, 0, 0]), "screen.look_at.up", "'up' is zero or along"),
+    (("screen",), look_at(fov_y=180), "screen.look_at.fov_y", f"{_RANGE}; got 180; expected less"),
+    (("screen",), look_at(fov_y=0), "screen.look_at.fov_y", f"{_RANGE}; got 0; expected more"),
+    (("screen",), look_at(eye=[0, 0.5, 0]), "screen.look_at.target", "eye and target coincide"),
+    (("screen",), look_at(up=[3, 1.5, 5]), "screen.look_at.up", "'up' is zero or along"),
+    (("screen",), look_at(up=[0, 0, 0]), "screen.look_at.up", "'up' is zero or along"),
     (("screen",), {"look_at": 5, "nx": 1, "ny": 1}, "screen.look_at", f"{_OBJECT}; got 5"),
-    (("light",), _GONE, "light", "a required key is missing"),
+    (("light",), GONE, "light", "a required key is missing"),
     (("light",), {}, "light.direction", "a required key is missing"),
     (("light", "direction"), [0, 0, 0], "light.direction", "the light's direction is the zero"),
     (("light", "color"), [0, -1, 0], "light.color[1]", f"{_RANGE}; got -1; expected at least 0"),
@@ -139,26 +107,26 @@ INVALID: list[tuple[tuple[str | int, ...], Any, str, str]] = [
     (("objects", 0, "type"), "cube", "objects[0].type", 'unknown type of object; got "cube"'),
     (("objects", 0, "radius"), 0, "objects[0].radius", f"{_RANGE}; got 0; expected at least 1e-30"),
     (("objects", 0, "radius"), -1.5, "objects[0].radius", f"{_RANGE}; got -1.5"),
-    (("objects", 0, "radius"), _GONE, "objects[0].radius", "a required key is missing"),
-    (("objects", 0, "vertices"), _SQUARE, "objects[0].vertices", "unknown key; got ["),
+    (("objects", 0, "radius"), GONE, "objects[0].radius", "a required key is missing"),
+    (("objects", 0, "vertices"), SQUARE, "objects[0].vertices", "unknown key; got ["),
     (("objects", 0), {"type": "sphere", "material": "m", "center": [0, 0, 0], "raduis": 1},
      "objects[0].raduis", "unknown key; got 1; expected radius?"),
     (("screen",), {"look_at": {"eye": [0, 0, 0], "fov": 40}, "nx": 1, "ny": 1},
      "screen.look_at.fov", "unknown key; got 40; expected fov_y?"),
     (("objects", 0, "material"), "n", "objects[0].material",
      'unknown material; got "n"; expected one of ["m"]'),
-    (("objects", 1, "vertices"), _SQUARE[:2], "objects[1].vertices",
+    (("objects", 1, "vertices"), SQUARE[:2], "objects[1].vertices",
      "too few entries; got 2; expected at least 3"),
     (("objects", 1, "vertices", 2), [1, 1, 0.1], "objects[1].vertices",
      f"the polygon is not planar: vertices[1] lies 0.0499 scene units off its plane; "
      f"{_CONVEX}"),
     (("objects", 1, "vertices", 2), [0.1, 0.1, 0], "objects[1].vertices",
      f"the polygon is not convex, or turns more than once: see vertices[2]; {_CONVEX}"),
-    (("objects", 1, "vertices"), _PENTAGRAM, "objects[1].vertices",
+    (("objects", 1, "vertices"), PENTAGRAM, "objects[1].vertices",
      "the polygon is not convex, or turns more than once"),
     (("objects", 1, "vertices"), [[0, 0, 0], [1, 1, 1], [3, 3, 3]], "objects[1].vertices",
      f"the polygon has no area; {_CONVEX}"),
-    (("objects", 2, "vertices"), _SQUARE[:2], "objects[2].vertices",
+    (("objects", 2, "vertices"), SQUARE[:2], "objects[2].vertices",
      "too few entries; got 2; expected 3"),
     (("objects", 2, "vertices", 1), [1, 2], "objects[2].vertices[1]",
      "too few entries; got 2; expected 3"),
@@ -195,7 +163,7 @@ def test_a_bad_scene_is_one_sentence_with_file_and_path(
     put: tuple[str | int, ...], value: Any, where: str, words: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "bad.json"
-    path.write_text(json.dumps(_put(put, value)))
+    path.write_text(json.dumps(changed(put, value)))
     assert _loaded(path, tmp_path).startswith(f"{path}: {where}: {words}")
 
 
@@ -266,7 +234,7 @@ def test_a_source_that_cannot_be_read_is_one_sentence(
     [
         ({"minirt": {1, 2}}, "scene: the scene is not JSON data"),
         ({1: 2}, 'scene: ["1"]: unknown key; got 2; expected one of minirt'),
-        (_put(("screen", "nu"), float("inf")), "scene: screen.nu: a number is not finite"),
+        (changed(("screen", "nu"), float("inf")), "scene: screen.nu: a number is not finite"),
     ],
 )
 def test_a_dict_that_is_no_scene_is_one_sentence(document: Any, words: str) -> None:
@@ -284,7 +252,7 @@ def test_a_dict_that_holds_itself_is_one_sentence() -> None:
 
 def test_every_error_is_a_minirt_error_with_its_parts() -> None:
     with pytest.raises(MinirtError) as caught:
-        minirt.load_scene(_put(("objects", 0, "radius"), -1))
+        minirt.load_scene(changed(("objects", 0, "radius"), -1))
     error = caught.value
     assert (error.where, error.what) == ("scene: objects[0].radius", _RANGE)
     assert (error.got, error.expected) == ("-1", "at least 1e-30")
@@ -302,137 +270,3 @@ def test_a_byte_order_mark_is_accepted(tmp_path: Path) -> None:
     path = tmp_path / "marked.json"
     path.write_bytes(b"\xef\xbb\xbf" + _TEXT.encode())
     assert minirt.load_scene(path).sha256 == minirt.load_scene(BASE).sha256
-
-
-# -- what is loaded --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", atlas_names())
-def test_to_dict_is_read_back_as_the_same_scene(name: str) -> None:
-    scene = minirt.load_scene(f"atlas:{name}")
-    again = minirt.load_scene(scene.to_dict(), scene.folder)
-    assert again.sha256 == scene.sha256
-    assert again.canonical_json == scene.canonical_json
-    assert json.loads(scene.canonical_json) == scene.to_dict()
-
-
-@pytest.mark.parametrize("name", ["closed-mesh", "everything", "telephoto"])
-def test_to_dict_renders_the_same_bytes(name: str) -> None:
-    whole = minirt.load_scene(f"atlas:{name}")
-    document = whole.to_dict()
-    document["screen"] |= {"nx": 64, "ny": 48}
-    scene = minirt.load_scene(document, whole.folder)
-    again = minirt.load_scene(scene.to_dict(), scene.folder)
-    quantities = ["object", "t", "normal", "color"]
-    first, second = (minirt.render(s, quantities=quantities) for s in (scene, again))
-    assert (first["object"] >= 0).any()
-    for q in quantities:
-        assert first[q].tobytes() == second[q].tobytes()
-
-
-def test_numbers_are_the_same_whole_or_with_a_point() -> None:
-    whole = minirt.load_scene(_put(("screen", "nu"), -1))
-    assert whole.sha256 == minirt.load_scene(BASE).sha256
-
-
-def test_a_change_changes_the_hash() -> None:
-    changed = _put(("objects", 0, "radius"), 1.0 + ULP)
-    assert minirt.load_scene(changed).sha256 != minirt.load_scene(BASE).sha256
-
-
-def test_defaults_are_the_formats() -> None:
-    scene = minirt.load_scene(BASE)
-    assert scene.max_depth == 5
-    assert scene.shadow_color is None
-    assert scene.light_color == (1, 1, 1)
-    # The box is that of the sphere and the square, (−1,−1,−1) to (1,1,1); P0 = (0,0,5) is farther
-    # from its corner (1,1,−1), √(1 + 1 + 36), than its corners from each other, √12.
-    assert scene.extent == pytest.approx(np.sqrt(38), rel=2 * ULP)
-    assert scene.epsilon == pytest.approx(1e-6 * np.sqrt(38), rel=4 * ULP)
-    assert [thing.name for thing in scene.objects] == ["sphere-0", "polygon-1", "triangle-2"]
-
-
-def test_look_at_is_resolved_to_the_slides_screen() -> None:
-    """n from target to eye, u = up × n, v = n × u, unit; ν = −1; t = tan(fov/2), r = t·nx/ny."""
-    screen = minirt.load_scene(_put(("screen",), _look_at())).screen
-    eye, target = np.array([3, 2, 5.0]), np.array([0, 0.5, 0])
-    n = (eye - target) / np.linalg.norm(eye - target)
-    u = np.cross([0, 1, 0], n)
-    u /= np.linalg.norm(u)
-    for ours, expected in zip((screen.u, screen.v, screen.n), (u, np.cross(n, u), n), strict=True):
-        assert ours == pytest.approx(expected, abs=4 * ULP)
-    top = np.tan(np.radians(20))
-    assert (screen.P0, screen.nu, screen.nx, screen.ny) == ((3, 2, 5), -1, 8, 4)
-    assert [screen.l, screen.r, screen.b, screen.t] == pytest.approx(
-        [-2 * top, 2 * top, -top, top], rel=4 * ULP
-    )
-    assert abs(np.dot(screen.u, screen.n)) <= 4 * ULP
-
-
-@pytest.mark.parametrize("degrees", [1e-3, 1.0, 37.7, 90.0, 120.0, 179.0])
-def test_half_angle_tangent_is_correct_to_an_ulp(degrees: float) -> None:
-    with mp.workprec(200):
-        exact = mp.tan(mp.mpf(degrees) * mp.pi / 360)
-        assert abs(mp.mpf(half_angle_tangent(degrees)) / exact - 1) <= ULP / 2
-
-
-# -- the JSON Schema -------------------------------------------------------------------------------
-
-#: The example of the format's documentation.
-EXAMPLE: dict[str, Any] = {
-    "minirt": 1, "name": "ball-on-quad", "about": "one line: what this scene proves",
-    "rules": ["S8", "S11", "S12"],
-    "screen": {"P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,
-               "l": -1.0, "r": 1.0, "b": -0.75, "t": 0.75, "nx": 256, "ny": 192},
-    "light": {"direction": [-1, -2, -1], "color": [1, 1, 1]},
-    "background": [0, 0, 0], "shadow_color": None, "epsilon": None, "max_depth": 5,
-    "materials": {"red": {"ambient": [0.1, 0, 0], "diffuse": [0.8, 0.1, 0.1],
-                          "specular": [0.2, 0.2, 0.2], "shininess": 32, "reflectance": 0.0,
-                          "transmittance": 0.0, "ior": None, "alpha": 1.0}},
-    "objects": [
-        {"type": "sphere", "name": "ball", "material": "red", "center": [0, 0, 0], "radius": 1.0},
-        {"type": "triangle", "name": "tri", "material": "red", "vertices": _SQUARE[:3]},
-        {"type": "polygon", "name": "floor", "material": "red",
-         "vertices": [[-4, -1, 4], [4, -1, 4], [4, -1, -4], [-4, -1, -4]]},
-        {"type": "mesh", "name": "part", "material": "red", "file": "part.ply",
-         "transform": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]},
-    ],
-}  # fmt: skip
-
-
-def _validator() -> jsonschema.Draft202012Validator:
-    jsonschema.Draft202012Validator.check_schema(scene_schema())
-    return jsonschema.Draft202012Validator(scene_schema())
-
-
-def test_schema_is_the_models() -> None:
-    schema = scene_schema()
-    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
-    assert set(schema["properties"]) == set(SceneDocument.model_fields)
-    assert json.loads(json.dumps(schema)) == schema
-
-
-def test_schema_accepts_the_documented_example() -> None:
-    _validator().validate(EXAMPLE)
-    SceneDocument.model_validate(EXAMPLE)
-
-
-def test_schema_accepts_every_scene_of_the_atlas() -> None:
-    validator, folder = _validator(), minirt.load_scene("atlas:one-sphere").folder
-    documents = [json.loads((folder / f"{name}.json").read_text()) for name in atlas_names()]
-    assert len(documents) >= 28
-    for document in documents:
-        validator.validate(document)
-    for name in atlas_names():
-        validator.validate(minirt.load_scene(f"atlas:{name}").to_dict())
-
-
-def test_schema_refuses_what_one_key_alone_can_get_wrong() -> None:
-    validator = _validator()
-    for put, value in (
-        (("zoom",), 1), (("minirt",), 2), (("screen", "nx"), 0), (("screen", "P0"), [0, 0]),
-        (("objects", 0, "radius"), -1), (("objects", 0, "type"), "cube"), (("light",), {}),
-        (("materials", "m", "shininess"), 0), (("rules",), ["S99"]), (("objects",), {}),
-    ):  # fmt: skip
-        with pytest.raises(jsonschema.ValidationError):
-            validator.validate(_put(put, value))
