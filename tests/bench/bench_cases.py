@@ -26,6 +26,8 @@ CASES = (*SPHERES, *BALLS, "gyroid, 201k")
 INCOHERENT = "mesh, 82k"
 #: Whole images by case: how many spheres stand on a floor, every other one a mirror.
 IMAGES = {"image, 3 objects": 2, "image, 25 spheres": 25}
+#: The image of a mesh of glass, whose rays leave in all directions.
+GLASS = "glass mesh, 82k"
 
 _SCREEN = {
     "look_at": {"eye": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y": 40},
@@ -41,6 +43,10 @@ def scene_of(case: str) -> Scene:
         return _spheres(SPHERES[case])
     if case in IMAGES:
         return image_scene(IMAGES[case])
+    if case == GLASS:
+        objects, folder = _mesh(_ball(6))
+        glass = {"transmittance": 0.9, "ior": 1.5}
+        return _loaded(objects, folder, glass, {"nx": SIZE[0] // 2, "ny": SIZE[1] // 2})
     return _loaded(*_mesh(_ball(BALLS[case]) if case in BALLS else _gyroid()))
 
 
@@ -130,13 +136,18 @@ def _mesh(mesh: trimesh.Trimesh) -> tuple[list[dict[str, Any]], Path]:
     return [{"type": "mesh", "material": "grey", "file": "mesh.ply"}], folder
 
 
-def _loaded(objects: list[dict[str, Any]], folder: Path | None = None) -> Scene:
+def _loaded(
+    objects: list[dict[str, Any]],
+    folder: Path | None = None,
+    material: dict[str, float] | None = None,
+    size: dict[str, int] | None = None,
+) -> Scene:
     document = {
         "minirt": 1,
         "name": "bench",
-        "screen": _SCREEN,
+        "screen": {**_SCREEN, **(size or {})},
         "light": {"direction": [-1, -1, -1]},
-        "materials": {"grey": {}},
+        "materials": {"grey": material or {}},
         "objects": objects,
     }
     return minirt.load_scene(document, folder=folder)

@@ -115,10 +115,26 @@ def _print(speed: Speed) -> None:
         console.print(sentence, highlight=False)
 
 
+def _print_without(measured: Benchmarks) -> None:
+    """Print how many times as long each row takes without a mechanism of the culling."""
+    ratios = {
+        (info["row"], info["without"]): f"{info['ratio']:.2f} ×"
+        for info in (each["extra_info"] for each in measured)
+        if "without" in info
+    }
+    rows, mechanisms = (list(dict.fromkeys(names)) for names in zip(*ratios, strict=True))
+    shown = Table("", *(f"without {name}" for name in mechanisms), title="What culling is worth")
+    for row in rows:
+        shown.add_row(row, *(ratios.get((row, name), "") for name in mechanisms))
+    Console(width=None if sys.stdout.isatty() else 180).print(shown)
+
+
 def main(path: Path) -> None:
     """Print it all, and put it where it is shown from."""
-    speed = speed_of(json.loads(path.read_bytes())["benchmarks"])
+    measured = json.loads(path.read_bytes())["benchmarks"]
+    speed = speed_of(measured)
     _print(speed)
+    _print_without(measured)
     folder, readme = ROOT / "reports" / "speed", ROOT / "README.md"
     (folder / "speed.json").write_text(speed_json(speed), encoding="utf-8")
     (folder / "speed.svg").write_text(plot_svg(speed), encoding="utf-8")
