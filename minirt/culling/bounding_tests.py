@@ -112,17 +112,19 @@ class PlaneBoundingTest(BoundingTest):
     def all_pairs(self, some: slice, primitives: Index) -> Bools:
         """The crossing of each plane, by matrix products, is within t0, t_max and the sides."""
         P0, d = self._part(some)
-        planes = self._planes.take(primitives, axis=0)
-        along, ahead = planes[:, :, :3] @ d, planes[:, :, 3:] - planes[:, :, :3] @ P0
+        planes = self._planes.take(primitives, axis=0).transpose(1, 0, 2)
+        flat = planes.reshape(-1, 4)
+        along = (flat[:, :3] @ d).reshape(*planes.shape[:2], -1)
+        ahead = (flat[:, 3:] - flat[:, :3] @ P0).reshape(*planes.shape[:2], -1)
         length, t0 = norm(d), self._rays.t0
-        steep = np.abs(along[:, 0]) > GRAZING * length
-        t = ahead[:, 0] / np.where(steep, along[:, 0], 1.0)
+        steep = np.abs(along[0]) > GRAZING * length
+        t = ahead[0] / np.where(steep, along[0], 1.0)
         slack = self._pad / length
         begun = t >= (t0 if len(t0) == 1 else t0[some]) - slack
         within: Bools = begun & (t <= self._t_max[some] + slack)
         ahead -= self._pad
-        for k in range(1, planes.shape[1]):
-            within &= t * along[:, k] >= ahead[:, k]
+        for side, needed in zip(along[1:], ahead[1:], strict=True):
+            within &= t * side >= needed
         within |= ~steep
         return within
 

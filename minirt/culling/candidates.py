@@ -23,7 +23,7 @@ NO_TREE = 32
 _BATCH, _MOST = 8_192, 65_536
 #: Pairs in one pass of a bounding test: the temporaries then stay in a few megabytes; and pairs of
 #: single rays, each of which fetches its primitive's numbers.
-_PASS, _SINGLE = 16_384, 8_192
+_PASS, _SINGLE = 32_768, 8_192
 #: Share of the usual group's radius within which origins are one point.
 _POINT = 2.0**-7
 

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from minirt.compensated import pair_cross, pair_dot, two_difference
+from minirt.shapes.compensated import pair_cross, pair_dot, two_difference
 from minirt.shapes.plane import steeper
 from minirt.vectors import Bools, Floats, dot
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minirt.compensated import pair_cross, two_difference
+from minirt.shapes.compensated import pair_cross, two_difference
 from minirt.vectors import Floats, dot, norm, unit
 
 #: The rounding error of d·p is at most this share of |d₁p₁| + |d₂p₂| + |d₃p₃|: half an ulp for p's

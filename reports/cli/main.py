@@ -41,6 +41,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 
+#: What asks for words only, which are to be there at once.
+_HELP = frozenset({"-h", "--help", "--version"})
+
 for command, example in (
     (render, "render atlas:glass-ball -o glass-ball.exr"),
     (explain, "explain atlas:glass-ball --pixel 128 96"),
@@ -110,6 +113,8 @@ def run(arguments: Sequence[str]) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     as_json = "--json" in arguments
+    if _HELP.isdisjoint(arguments):
+        _prepare_to_trace()
     try:
         return app(args=list(arguments), prog_name="minirt", standalone_mode=False) or 0
     except typer.TyperException as error:
@@ -118,6 +123,12 @@ def run(arguments: Sequence[str]) -> int:
         return 130
     except Exception as error:
         return _failed(error, as_json)
+
+
+def _prepare_to_trace() -> None:
+    from minirt.memory import keep_freed_memory
+
+    keep_freed_memory()
 
 
 def _misused(error: typer.TyperException, arguments: Sequence[str], as_json: bool) -> int:
