@@ -54,7 +54,7 @@ def test_a_killed_writer_leaves_the_old_frame_whole(name: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("exchange", [True, False])
-def test_a_folder_takes_the_place_of_another(
+def test_a_folder_replaces_another(
     exchange: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the system's exchange of names, and with two renamings where there is none."""
@@ -76,7 +76,7 @@ def test_the_exchange_is_one_step_here(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", [RuntimeError, KeyboardInterrupt])
-def test_an_error_leaves_no_trace(kind: type[BaseException], tmp_path: Path) -> None:
+def test_an_error_leaves_no_temporary_file(kind: type[BaseException], tmp_path: Path) -> None:
     (tmp_path / "old.txt").write_text("old")
 
     def half(path: Path) -> None:
@@ -127,7 +127,7 @@ def test_the_file_has_the_permissions_of_any_new_file(tmp_path: Path) -> None:
     assert (tmp_path / "f.txt").stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 
-def test_what_cannot_be_replaced(tmp_path: Path) -> None:
+def test_a_target_that_cannot_be_replaced_is_refused(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
     (tmp_path / "loop").symlink_to("loop")

@@ -108,7 +108,7 @@ def test_obj_comes_back_through_trimesh(name: str, tmp_path: Path) -> None:
         assert sum(fits(mesh, thing, rounding) for mesh in meshes) == 1, thing.name
 
 
-def test_minirt_sees_the_same_in_its_own_obj(tmp_path: Path) -> None:
+def test_minirt_renders_its_own_obj_alike(tmp_path: Path) -> None:
     """The export as one mesh of a scene: every pixel that is not at a sphere's edge."""
     scene = atlas("everything")
     export_obj(scene, tmp_path / "out")
@@ -236,7 +236,7 @@ def test_a_scene_without_objects_is_a_camera_and_a_light(tmp_path: Path) -> None
     assert "\nv " not in (tmp_path / "out" / "scene.obj").read_text(encoding="utf-8")
 
 
-def test_exports_are_atomic_and_careful(tmp_path: Path) -> None:
+def test_exports_are_atomic_and_replace_only_exports(tmp_path: Path) -> None:
     scene = atlas("one-sphere")
     with pytest.raises(InputError, match=r"NAME\.glb"):
         export_gltf(scene, tmp_path / "scene.gltf")

@@ -108,7 +108,7 @@ def test_the_xml_says_what_the_dict_says(workers: Workers, tmp_path: Path) -> No
     assert len(from_xml) > 5 * len(whole.objects)
 
 
-def test_an_export_names_no_place(tmp_path: Path) -> None:
+def test_an_export_contains_no_absolute_path(tmp_path: Path) -> None:
     export_mitsuba(many(), tmp_path / "export")
     text = (tmp_path / "export" / "scene.xml").read_text(encoding="utf-8")
     assert str(tmp_path) not in text
@@ -185,7 +185,7 @@ def test_pixels_that_are_not_square_are_refused(tmp_path: Path) -> None:
                     "dielectric"], False),
     ],
 )  # fmt: skip
-def test_materials(name: str, kinds: list[str], exact: bool) -> None:
+def test_materials_become_their_bsdfs(name: str, kinds: list[str], exact: bool) -> None:
     material = Material(**MATERIALS[name])
     assert list(plugins(material_to_dict(material))) == kinds
     assert is_exact(material) == exact
@@ -199,12 +199,12 @@ def plugins(description: dict[str, Any]) -> Iterator[str]:
             yield from plugins(part)
 
 
-def test_a_comfortable_scene_stays_where_it_is() -> None:
+def test_a_scene_of_medium_extent_is_not_moved() -> None:
     assert fitted_placement(many()) == IDENTITY
 
 
 @pytest.mark.parametrize(("size", "shift"), [(1e-3, 0.0), (1e4, 0.0), (1.0, 1e5), (1e-20, 3.0)])
-def test_an_uncomfortable_scene_is_moved_and_scaled(size: float, shift: float) -> None:
+def test_a_small_large_or_far_scene_is_moved_and_scaled(size: float, shift: float) -> None:
     screen = SCREEN | {key: SCREEN[key] * size for key in ("nu", "l", "r", "b", "t")}  # type: ignore[operator]
     whole = scene(
         [ball() | {"center": [shift, 0, 0], "radius": size}],

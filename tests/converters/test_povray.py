@@ -81,7 +81,7 @@ def test_the_camera_draws_through_the_same_pixel_centres(name: str) -> None:
 
 @pytest.mark.parametrize("size", [1e-6, 0.03, 1.0, 4e7])
 @pytest.mark.parametrize("far", [0.0, 1e3])
-def test_the_scene_stands_where_absolute_tolerances_are_small(size: float, far: float) -> None:
+def test_the_scene_is_scaled_so_that_absolute_tolerances_are_small(size: float, far: float) -> None:
     center = np.array([far, 0, 0]) * size
     document = SCREEN | {"P0": (center + np.array([0, 0, 5 * size])).tolist()}
     placement = povray_placement(
@@ -103,7 +103,7 @@ def test_numbers_keep_every_digit() -> None:
     assert float(found[2]) == scale * radius
 
 
-def test_triangles_wind_the_other_way_and_degenerate_ones_are_left_out() -> None:
+def test_triangles_are_reversed_and_degenerate_ones_are_left_out() -> None:
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     triangle = {"type": "triangle", "material": "red", "vertices": corners}
     flat = triangle | {"vertices": [[0, 0, 0], [1, 1, 1], [2, 2, 2]]}
@@ -180,7 +180,7 @@ def test_layers_add_up_to_the_illumination_model(seed: int) -> None:
     assert (f"refraction {material.reflectance + k_t!r}" in text) == (k_t > 0)
 
 
-def test_what_layers_cannot_say_is_told() -> None:
+def test_materials_that_layers_cannot_express_are_reported() -> None:
     red = {"transmittance": 0.5, "ior": 1.5, "specular": [1.0, 0.0, 0.0]}
     tinted = Material.model_validate(red)
     assert "lacks a channel" in str(unsupported_material(tinted, LIGHT, None))
@@ -218,7 +218,7 @@ def test_indices_are_products_of_what_a_body_lies_in() -> None:
     assert indices(ball("glass"), ball("air", 1, (3, 0, 0))) == [1.5, round(1 / 1.5, 12)]
 
 
-def test_bodies_around_the_observer_are_turned_inside_out() -> None:
+def test_bodies_around_the_observer_have_inverse_indices() -> None:
     inner, outer = ball("air", 0.5), ball("glass")
     beside = ball("glass", 1, (4, 0, 0))
     assert indices(outer, beside, P0=(0.7, 0, 0)) == [round(1 / 1.5, 12), 1.0]
@@ -266,7 +266,7 @@ def test_the_command_line_prints_a_command_that_renders(tmp_path: Path) -> None:
         assert image.channels[:3] == ("R", "G", "B")
 
 
-def test_the_export_is_whole_or_not_there(tmp_path: Path) -> None:
+def test_the_export_is_atomic(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     with pytest.raises(InputError, match="folder"):
         export_povray(scene(ball()), tmp_path / "folder")

@@ -83,7 +83,7 @@ def test_camera_puts_every_ray_at_the_centre_of_its_pixel(screen: dict[str, Any]
 
 
 @pytest.mark.parametrize("screen", [SCREEN, LEFT], ids=["right-handed", "left-handed"])
-def test_every_face_with_an_area_turns_its_front(screen: dict[str, Any]) -> None:
+def test_every_face_with_an_area_faces_the_observer(screen: dict[str, Any]) -> None:
     a, b, c = [-1.0, -1.0, 0.0], [1.0, -1.0, 0.3], [0.0, 1.0, -0.2]
     inside = ball(*screen["P0"], radius=30.0)
     whole = PyrenderScene(
@@ -107,7 +107,7 @@ def test_every_face_with_an_area_turns_its_front(screen: dict[str, Any]) -> None
         (scene(facet([-9, -9, 0], [9, -9, 2], [0, 9, -3]), ball(8, 0, 4.9)), 0.95),  # and aside
     ],
 )
-def test_planes_enclose_what_is_seen_tightly(whole: Scene, tight: float) -> None:
+def test_clipping_planes_enclose_the_visible_faces_tightly(whole: Scene, tight: float) -> None:
     view = PyrenderScene(whole)
     depth = minirt.render(whole, quantities=["depth"])["depth"]
     seen = view.scale * depth[np.isfinite(depth)]
@@ -117,7 +117,7 @@ def test_planes_enclose_what_is_seen_tightly(whole: Scene, tight: float) -> None
     assert seen.max() * (1 + 2.0**-12) < far < 4 * seen.max()
 
 
-def test_planes_of_a_scene_that_is_not_in_view() -> None:
+def test_a_scene_out_of_view_has_default_clipping_planes() -> None:
     for objects in ([], [ball(0, 0, 9)], [ball(90, 0, 0)]):
         camera = PyrenderScene(scene(*objects)).camera
         assert (camera.znear, camera.zfar) == (1, 2)

@@ -17,7 +17,7 @@ def corners_of(vertices: Floats, faces: np.ndarray[tuple[int, int], np.dtype[np.
 
 
 @pytest.mark.parametrize("cuts", [1, 2, 3, 7, 20])
-def test_it_is_closed_and_turned_outward(cuts: int) -> None:
+def test_an_icosphere_is_closed_and_faces_outward(cuts: int) -> None:
     sphere = unit_icosphere(cuts)
     assert len(sphere.vertices) == 10 * cuts**2 + 2  # Euler: 20·f² faces, 30·f² edges
     assert len(sphere.faces) == 20 * cuts**2
@@ -58,7 +58,7 @@ def test_vertices_on_the_sphere_itself_would_err_by_twice_the_bound() -> None:
 
 
 @pytest.mark.parametrize("bound", [0.5, 0.1, 1e-2, 3e-3, 1e-4])
-def test_the_coarsest_ball_within_a_bound_is_chosen(bound: float) -> None:
+def test_the_coarsest_icosphere_within_a_bound_is_chosen(bound: float) -> None:
     sphere = icosphere_within(bound)
     cuts = round((len(sphere.faces) / 20) ** 0.5)
     assert sphere.error <= bound
@@ -68,7 +68,7 @@ def test_the_coarsest_ball_within_a_bound_is_chosen(bound: float) -> None:
 
 
 @pytest.mark.parametrize("bound", [0.0, 1e-12, 1e-4])
-def test_a_cap_is_kept_and_the_bound_stays_honest(bound: float) -> None:
+def test_the_most_triangles_are_kept_to_and_the_error_is_true(bound: float) -> None:
     sphere = icosphere_within(bound, most=1000)
     assert len(sphere.faces) == 980
     assert sphere.error > bound

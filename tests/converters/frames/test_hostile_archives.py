@@ -31,7 +31,7 @@ def npy_header(text: str, version: bytes = b"\x01\x00") -> bytes:
     return b"\x93NUMPY" + version + struct.pack("<H", len(text)) + text.encode()
 
 
-def test_pickles_are_not_opened(tmp_path: Path) -> None:
+def test_pickles_are_never_loaded(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="wrong type"):
         _read_saved(tmp_path, depth=np.array([[Trap()]], dtype=object))
     with pytest.raises(InputError, match="cannot be read"):
@@ -51,7 +51,7 @@ def test_npz_over_the_limit_is_refused_by_its_header(shape: str, tmp_path: Path)
         read_frame(tmp_path / "f.npz")
 
 
-def test_zip_bomb_is_refused_by_its_header(tmp_path: Path) -> None:
+def test_a_zip_bomb_is_refused_by_its_header(tmp_path: Path) -> None:
     """300 MB that deflate to 0.3 MB: the declared length is not the array's."""
     bomb = npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2)}") + bytes(10**7)
     npz_with(tmp_path / "f.npz", "depth.npy", bomb)
@@ -78,7 +78,7 @@ def test_zip_bomb_is_refused_by_its_header(tmp_path: Path) -> None:
         npy_header("'x' * 10**10"),
     ],
 )
-def test_broken_arrays(data: bytes, tmp_path: Path) -> None:
+def test_broken_arrays_are_refused(data: bytes, tmp_path: Path) -> None:
     npz_with(tmp_path / "f.npz", "depth.npy", data)
     with pytest.raises(InputError) as caught:
         read_frame(tmp_path / "f.npz")
@@ -89,7 +89,7 @@ def test_broken_arrays(data: bytes, tmp_path: Path) -> None:
         read_frame(tmp_path / "d")
 
 
-def test_an_array_that_stands_twice(tmp_path: Path) -> None:
+def test_an_array_that_occurs_twice_is_refused(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "f.npz", "w") as archive:
         archive.writestr("depth", b"")
         archive.writestr("depth.npy", b"")
@@ -97,7 +97,7 @@ def test_an_array_that_stands_twice(tmp_path: Path) -> None:
         read_frame(tmp_path / "f.npz")
 
 
-def test_meta_that_is_no_object(tmp_path: Path) -> None:
+def test_meta_that_is_not_a_json_object_is_refused(tmp_path: Path) -> None:
     for text, what in (("{", "not JSON"), ("[1]", "not a JSON object"), ("[" * 10**5, "not JSON")):
         with pytest.raises(InputError, match=what):
             _read_saved(tmp_path, depth=np.zeros((1, 1)), meta=np.array(text))
@@ -105,7 +105,7 @@ def test_meta_that_is_no_object(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["f.npz", "f.exr", "f.d/hit.png", "f.d/depth.exr"])
-def test_truncated_and_damaged_files(name: str, tmp_path: Path) -> None:
+def test_truncated_and_damaged_files_never_give_a_traceback(name: str, tmp_path: Path) -> None:
     """Each cut is refused; each flipped byte is refused or gives a frame, never a traceback."""
     path, frame = tmp_path / name, whole_frame(20, 30)
     place = path if name.startswith("f.d") is False else path.parent

@@ -30,7 +30,7 @@ def test_png_masks_are_true_from_half_of_white(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_frame(tmp_path)["hit"], [[False, True]])
 
 
-def test_png_mask_in_colour_with_coverage(tmp_path: Path) -> None:
+def test_a_png_mask_in_colour_is_read_by_its_mean_without_coverage(tmp_path: Path) -> None:
     """The grey is the mean of red, green and blue; the fourth channel says nothing."""
     pixels = np.array([[[255, 255, 255, 0], [255, 128, 0, 255], [255, 126, 0, 255]]], np.uint8)
     write_pixels(tmp_path / "hit.png", pixels, ("R", "G", "B", "A"))
@@ -76,7 +76,7 @@ def test_srgb_codes_are_the_nearest_ones() -> None:
     assert linear_light(np.array([65535], dtype=np.uint16)) == 1
 
 
-def test_grey_png_as_color_and_rgb_exr_as_depth(tmp_path: Path) -> None:
+def test_equal_channels_may_be_dropped_or_added(tmp_path: Path) -> None:
     """Programs that drop or add equal channels on their own."""
     write_pixels(tmp_path / "color.png", np.array([[255, 0]], dtype=np.uint8))
     depth = np.repeat(np.array([[1.5, np.inf]], dtype=np.float32)[..., None], 4, axis=2)
@@ -87,7 +87,7 @@ def test_grey_png_as_color_and_rgb_exr_as_depth(tmp_path: Path) -> None:
     np.testing.assert_array_equal(frame["depth"], [[1.5, np.inf]])
 
 
-def test_npy_and_other_files_in_a_folder(tmp_path: Path) -> None:
+def test_npy_files_are_read_and_other_files_ignored(tmp_path: Path) -> None:
     np.save(tmp_path / "depth.npy", np.array([[1, 2]], dtype=np.float32))
     np.save(tmp_path / "object.npy", np.asfortranarray([[-1, 70_000]], dtype=np.int64))
     (tmp_path / "log.txt").write_text("done")
@@ -98,7 +98,7 @@ def test_npy_and_other_files_in_a_folder(tmp_path: Path) -> None:
     assert frame.meta == {}
 
 
-def test_channels_of_others_are_left_alone(tmp_path: Path) -> None:
+def test_channels_of_other_names_are_ignored(tmp_path: Path) -> None:
     pixels = np.array([[[3, 4, 5]]], dtype=np.float32)
     write_pixels(tmp_path / "f.exr", pixels, ("Z", "crypto.x", "depth"))
     frame = read_frame(tmp_path / "f.exr")
@@ -118,7 +118,7 @@ def test_integer_and_half_channels_keep_their_values(tmp_path: Path) -> None:
     assert read_frame(tmp_path / "g.exr")["object"][0, 0] == 7
 
 
-def test_tiled_exr(tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_tiled_exr_is_read(tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr("converters.frames.images.BLOCK_BYTES", 1)
     depth = np.arange(50 * 40, dtype=np.float32).reshape(50, 40)
     write_pixels(tmp_path / "f.exr", depth, ("Z",), tile=16)

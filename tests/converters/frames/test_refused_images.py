@@ -41,7 +41,7 @@ def test_another_size_than_expected_is_refused(name: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("bad", ["cropped", "incomplete", "foreign", "png inside"])
-def test_exr_that_is_not_a_frame(bad: str, tmp_path: Path) -> None:
+def test_an_exr_that_is_not_a_frame_is_refused(bad: str, tmp_path: Path) -> None:
     path, pixels = tmp_path / "f.exr", np.zeros((2, 2, 2), np.float32)
     if bad == "cropped":
         write_pixels(path, pixels[..., 0], ("Z",), full_width=5)
@@ -68,7 +68,9 @@ def test_exr_that_is_not_a_frame(bad: str, tmp_path: Path) -> None:
         ([], "no image"),
     ],
 )
-def test_folders_that_are_refused(names: list[str], what: str, tmp_path: Path) -> None:
+def test_folders_without_a_clear_set_of_images_are_refused(
+    names: list[str], what: str, tmp_path: Path
+) -> None:
     for name in names:
         kind = np.float32 if name.endswith(".exr") else np.uint8
         if name.endswith(".txt"):
@@ -80,32 +82,32 @@ def test_folders_that_are_refused(names: list[str], what: str, tmp_path: Path) -
     assert str(tmp_path) in caught.value.where
 
 
-def test_images_of_different_sizes_in_a_folder(tmp_path: Path) -> None:
+def test_images_of_different_sizes_are_refused(tmp_path: Path) -> None:
     write_pixels(tmp_path / "hit.png", np.zeros((2, 2), np.uint8))
     write_pixels(tmp_path / "shadow.png", np.zeros((2, 3), np.uint8))
     with pytest.raises(InputError, match="wrong size"):
         read_frame(tmp_path)
 
 
-def test_an_image_with_too_few_channels(tmp_path: Path) -> None:
+def test_an_image_with_too_few_channels_is_refused(tmp_path: Path) -> None:
     write_pixels(tmp_path / "normal.exr", np.zeros((2, 2, 2), np.float32))
     with pytest.raises(InputError, match="not have the quantity's channels"):
         read_frame(tmp_path)
 
 
-def test_depth_of_three_different_channels(tmp_path: Path) -> None:
+def test_a_depth_of_three_different_channels_is_refused(tmp_path: Path) -> None:
     write_pixels(tmp_path / "depth.exr", np.arange(3, dtype=np.float32).reshape(1, 1, 3))
     with pytest.raises(InputError, match="not have the quantity's channels"):
         read_frame(tmp_path)
 
 
-def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+def test_a_pipe_is_refused_without_waiting(tmp_path: Path) -> None:
     subprocess.run(["/usr/bin/mkfifo", tmp_path / "hit.png"], check=True)
     with pytest.raises(InputError, match="no such file"):
         read_frame(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["none.npz", "none", "f.jpg", "f\0.npz", "x" * 400 + ".npz"])
-def test_what_is_not_there(name: str, tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError):
         read_frame(tmp_path / name)

@@ -51,7 +51,7 @@ def digest(path: Path) -> str:
 
 
 @pytest.mark.parametrize("name", KINDS[:3])
-def test_round_trip(name: str) -> None:
+def test_any_frame_is_read_as_it_was_written(name: str) -> None:
     @settings(max_examples=25, deadline=None, derandomize=True, database=None)
     @given(frames())
     def check(frame: Frame) -> None:
@@ -73,7 +73,7 @@ def test_every_quantity_comes_back(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["f.npz", "f.exr"])
-def test_same_frame_same_bytes(name: str, tmp_path: Path) -> None:
+def test_the_same_frame_gives_the_same_bytes(name: str, tmp_path: Path) -> None:
     frame = whole_frame()
     other_order = {k: np.asfortranarray(frame[k]) for k in reversed(list(frame))}
     for folder, content in (("a", frame), ("b", Frame(other_order, dict(META)))):
@@ -118,7 +118,7 @@ def test_exr_has_the_names_that_viewers_know(tmp_path: Path) -> None:
     assert spec.get_string_attribute("minirt:sceneSha256") == META["sceneSha256"]
 
 
-def test_folder_shows_the_colours_too_and_reads_the_numbers(tmp_path: Path) -> None:
+def test_a_folder_has_colours_as_a_picture_and_as_numbers(tmp_path: Path) -> None:
     frame = whole_frame()
     write_frame(frame, tmp_path / "f")
     assert {"color.png", "color.exr"} <= {path.name for path in (tmp_path / "f").iterdir()}

@@ -28,7 +28,7 @@ from tests.helpers.frame_files import Array, whole_frame
         ("shadow", np.array([[True]])),
     ],
 )
-def test_values_are_taken_over(name: str, values: Array, tmp_path: Path) -> None:
+def test_values_that_fit_exactly_are_accepted(name: str, values: Array, tmp_path: Path) -> None:
     np.savez(tmp_path / "f.npz", allow_pickle=False, **{name: values})
     read = read_frame(tmp_path / "f.npz")[name]
     assert read.dtype == QUANTITIES[name].dtype
@@ -60,7 +60,9 @@ def test_values_are_taken_over(name: str, values: Array, tmp_path: Path) -> None
         ("../depth", np.zeros((1, 1)), "unknown quantity"),
     ],
 )
-def test_arrays_are_refused(name: str, values: Array, what: str, tmp_path: Path) -> None:
+def test_arrays_that_do_not_fit_are_refused(
+    name: str, values: Array, what: str, tmp_path: Path
+) -> None:
     np.savez(tmp_path / "f.npz", allow_pickle=False, **{name: values})
     with pytest.raises(InputError, match=what) as caught:
         read_frame(tmp_path / "f.npz")
@@ -68,7 +70,7 @@ def test_arrays_are_refused(name: str, values: Array, what: str, tmp_path: Path)
     assert caught.value.got
 
 
-def test_nan_is_read(tmp_path: Path) -> None:
+def test_nan_is_accepted(tmp_path: Path) -> None:
     np.savez(tmp_path / "f.npz", allow_pickle=False, depth=np.array([[np.nan, -np.inf]]))
     np.testing.assert_array_equal(read_frame(tmp_path / "f.npz")["depth"], [[np.nan, -np.inf]])
 
@@ -98,7 +100,7 @@ def test_a_length_that_float32_would_lose_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["f.jpg", "no/f.npz", "f\0.npz", "x" * 400 + ".npz", "taken.npz"])
-def test_paths_that_cannot_be_written(name: str, tmp_path: Path) -> None:
+def test_a_path_that_cannot_be_written_is_refused(name: str, tmp_path: Path) -> None:
     (tmp_path / "taken.npz").mkdir()
     with pytest.raises(InputError) as caught:
         write_frame(whole_frame(), tmp_path / name)
@@ -106,7 +108,7 @@ def test_paths_that_cannot_be_written(name: str, tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["taken.npz"]
 
 
-def test_a_folder_of_other_things_is_not_replaced(tmp_path: Path) -> None:
+def test_a_folder_with_other_files_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "hit.png").write_bytes(b"")
     (tmp_path / "thesis.txt").write_text("years of work")
     with pytest.raises(InputError, match="other files"):
@@ -124,7 +126,9 @@ def test_an_empty_frame_is_not_written(tmp_path: Path) -> None:
     ("quantity", "suffix"),
     [("object", ".png"), ("normal", ".png"), ("barycentric", ".pfm"), ("depth", ".jpg")],
 )
-def test_formats_that_cannot_hold_a_quantity(quantity: str, suffix: str, tmp_path: Path) -> None:
+def test_a_format_that_cannot_hold_a_quantity_is_refused(
+    quantity: str, suffix: str, tmp_path: Path
+) -> None:
     with pytest.raises(InputError, match="cannot hold"):
         write_image(whole_frame(), quantity, tmp_path / f"x{suffix}")
     with pytest.raises(InputError, match="cannot hold"):
@@ -132,7 +136,7 @@ def test_formats_that_cannot_hold_a_quantity(quantity: str, suffix: str, tmp_pat
     assert not list(tmp_path.iterdir())
 
 
-def test_wishes_that_make_no_sense(tmp_path: Path) -> None:
+def test_requested_formats_that_make_no_sense_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="unknown quantity"):
         write_frame(whole_frame(), tmp_path / "f.d", images={"dept": ".png"})
     with pytest.raises(InputError, match="for a folder"):

@@ -22,7 +22,7 @@ def answers() -> dict[str, Any]:
     return {str(k): each.answer for k, each in enumerate(EXERCISES, start=1)}
 
 
-def test_the_lectures_own_answers() -> None:
+def test_the_lectures_own_answers_are_right() -> None:
     first, second, third = EXERCISES
     assert first.answer == {"direction": [1, -1, 0]}
     assert second.answer == {"center": [5, 3, 1], "radius": SQ3}
@@ -58,7 +58,7 @@ def test_every_direction_of_the_cone_is_right_and_none_beside_it(turn: float) ->
         ("3", {"direction": [3, 2, 1]}, "its part along"),
     ],
 )
-def test_what_is_wrong_is_said(number: str, answer: dict[str, Any], words: str) -> None:
+def test_a_wrong_answer_is_explained(number: str, answer: dict[str, Any], words: str) -> None:
     assert words in EXERCISES[int(number) - 1].check(answer)
 
 
@@ -95,12 +95,12 @@ def test_different_seeds_differ() -> None:
      {"1": {"direction": [1, 2, 1e300]}}, {"2": {"center": [1, 2, 3]}},
      {"3": {"direction": [1, 2, float("nan")]}}],
 )  # fmt: skip
-def test_what_is_no_answer_is_refused(given: dict[str, Any]) -> None:
+def test_a_malformed_answer_is_refused(given: dict[str, Any]) -> None:
     with pytest.raises(InputError, match="answer"):
         checked(EXERCISES, given)
 
 
-def test_the_command_prints_marks_and_hides(
+def test_the_command_prints_marks_and_hides_solutions(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["exercises"]) == 0

@@ -116,7 +116,7 @@ def test_only_the_nearest_candidates_are_listed_and_the_rest_counted() -> None:
     assert t == sorted(t)
 
 
-def test_as_json_it_holds_no_number_that_json_has_not() -> None:
+def test_as_json_it_holds_only_numbers_that_json_has() -> None:
     scene, frame = _picture("one-sphere")
     row, column = np.argwhere(~frame["hit"])[0]
     document = explain(scene, int(column), int(row)).to_dict()

@@ -38,7 +38,7 @@ MOVED = {"translation": [1, 0, 0]}
     ],
     ids=["plain", "nested", "half turn", "matrix, column by column", "three deep", "mirrored"],
 )
-def test_transforms_of_nodes(
+def test_transforms_of_nodes_are_applied(
     nodes: list[dict[str, Any]], expected: list[list[int]], tmp_path: Path
 ) -> None:
     """Corners in winding order; the expected ones follow from the transforms by hand.
@@ -50,7 +50,7 @@ def test_transforms_of_nodes(
     assert len(faces) == 1
 
 
-def test_nodes_in_the_order_of_the_file(tmp_path: Path) -> None:
+def test_nodes_are_read_in_the_files_order(tmp_path: Path) -> None:
     nodes = [{"mesh": 0, "translation": [0, 0, k]} for k in (2, 1, 0)]
     nodes[0]["children"] = [3]
     nodes.append({"mesh": 0, "translation": [0, 0, 7]})
@@ -70,7 +70,9 @@ def test_only_the_default_scene_counts(tmp_path: Path) -> None:
     ("mode", "expected"),
     [(5, [[0, 1, 2], [1, 3, 2]]), (6, [[0, 1, 2], [0, 2, 3]]), (1, []), (0, [])],
 )
-def test_strips_and_fans(mode: int, expected: list[list[int]], tmp_path: Path) -> None:
+def test_strips_and_fans_become_triangles(
+    mode: int, expected: list[list[int]], tmp_path: Path
+) -> None:
     """Without indices, all four vertices; lines and points are not triangles."""
     document = gltf([{"mesh": 0}])
     primitive = document["meshes"][0]["primitives"][0]
@@ -83,7 +85,7 @@ def test_strips_and_fans(mode: int, expected: list[list[int]], tmp_path: Path) -
         assert refusal(tmp_path, "m.glb", data).what == "the mesh has no triangles"
 
 
-def test_a_long_chain_of_nodes_is_read_at_once(tmp_path: Path) -> None:
+def test_a_long_chain_of_nodes_takes_linear_time(tmp_path: Path) -> None:
     chain = [{"children": [k + 1], "translation": [1, 0, 0]} for k in range(20_000)]
     start = time.process_time()
     vertices, _ = read(tmp_path, "m.glb", glb(gltf([*chain, {"mesh": 0}]), BLOB))
@@ -137,7 +139,9 @@ def change(document: dict[str, Any], path: list[Any], value: Any) -> dict[str, A
         (["meshes", 0, "primitives", 0, "attributes"], {}, ""),
     ],
 )
-def test_glb_that_is_refused(path: list[Any], value: Any, what: str, tmp_path: Path) -> None:
+def test_a_glb_with_a_wrong_value_is_refused(
+    path: list[Any], value: Any, what: str, tmp_path: Path
+) -> None:
     document = change(gltf([{"mesh": 0}]), path, value)
     assert what in str(refusal(tmp_path, "m.glb", glb(document, BLOB)))
 
@@ -157,6 +161,8 @@ def test_a_damaged_glb_container_is_refused(tmp_path: Path) -> None:
         assert refusal(tmp_path, "m.glb", broken).what == "the mesh file cannot be read"
 
 
-def test_glb_with_too_much_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_glb_with_too_much_json_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("minirt.mesh_files.glb._MAX_JSON_BYTES", 10)
     assert "bytes of JSON" in refusal(tmp_path, "m.glb", glb(gltf([{"mesh": 0}]), BLOB)).got

@@ -34,7 +34,7 @@ from tests.helpers.mesh_bytes import (
         ("m.glb", glb(gltf([{"mesh": 0}] * 6, list(range(6))), BLOB)),
     ],
 )
-def test_more_triangles_than_the_limit(
+def test_more_triangles_than_the_limit_are_refused(
     name: str, data: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("minirt.mesh_files.builder.MAX_FACES", 6)
@@ -43,7 +43,9 @@ def test_more_triangles_than_the_limit(
     assert "more than 5 triangles" in refusal(tmp_path, name, data).got
 
 
-def test_more_vertices_than_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_vertices_than_the_limit_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("minirt.mesh_files.builder.MAX_VERTICES", 4)
     for name, data in (("m.obj", obj([])), ("m.ply", ply([], "binary_big_endian"))):
         assert "more than 4 vertices" in refusal(tmp_path, name, data).got
@@ -61,7 +63,7 @@ def test_a_file_over_the_limit_is_not_opened(
     assert error.expected
 
 
-def test_files_outside_the_folder(tmp_path: Path) -> None:
+def test_files_outside_the_folder_are_refused(tmp_path: Path) -> None:
     scene = tmp_path / "scene"
     (scene / "sub").mkdir(parents=True)
     (tmp_path / "scene2").mkdir()
@@ -87,7 +89,7 @@ def test_files_outside_the_folder(tmp_path: Path) -> None:
         assert caught.value.got == outside
 
 
-def test_what_is_no_file(tmp_path: Path) -> None:
+def test_a_path_that_is_not_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "folder.obj").mkdir()
     (tmp_path / "loop.obj").symlink_to("loop.obj")
     for name in ("none.obj", "folder.obj", "loop.obj", "a\0b.obj", "x" * 300 + ".obj", "m", "."):
@@ -97,5 +99,5 @@ def test_what_is_no_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["m.zip", "m.gltf", "m.3mf", "m.dae", "m.xyz", "m.obj.gz", "obj"])
-def test_other_formats(name: str, tmp_path: Path) -> None:
+def test_other_formats_are_refused(name: str, tmp_path: Path) -> None:
     assert refusal(tmp_path, name, obj([[0, 1, 2]])).what == "unknown mesh format"

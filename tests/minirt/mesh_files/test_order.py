@@ -35,7 +35,7 @@ def test_polygons_become_their_fans_in_order(name: str, data: bytes, tmp_path: P
 
 
 @pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
-def test_ply_with_runs_of_equal_faces(form: str, tmp_path: Path) -> None:
+def test_a_ply_with_runs_of_equal_faces_keeps_its_order(form: str, tmp_path: Path) -> None:
     """Runs of every length up to 40, so that each step of the reader's window ends within one."""
     faces = [[0, 1, 2, 3, 4][: 3 + k % 3] for k in range(40) for _ in range(k)]
     _, triangles = read(tmp_path, "m.ply", ply(faces, form))
@@ -62,12 +62,12 @@ def test_obj_negative_indices_count_from_the_latest_vertex(tmp_path: Path) -> No
     assert faces == [[0, 1, 2], [3, 4, 5]]
 
 
-def test_obj_vertex_with_a_weight_and_a_colour(tmp_path: Path) -> None:
+def test_weight_and_colour_of_an_obj_vertex_are_ignored(tmp_path: Path) -> None:
     vertices, _ = read(tmp_path, "m.obj", "v 0 0 0 1\nv 1e-3 0 0 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert vertices == [[0, 0, 0], [1e-3, 0, 0], [0, 1, 0]]
 
 
-def test_off_dialects(tmp_path: Path) -> None:
+def test_every_dialect_of_off_is_read(tmp_path: Path) -> None:
     plain = off([[0, 1, 2]])
     for data in (
         b"# made by hand\n\n" + plain,
@@ -80,7 +80,7 @@ def test_off_dialects(tmp_path: Path) -> None:
         assert read(tmp_path, "m.off", data) == (CORNERS, [[0, 1, 2]])
 
 
-def test_stl_binary_and_text(tmp_path: Path) -> None:
+def test_stl_is_read_in_binary_and_in_ascii(tmp_path: Path) -> None:
     """Normals in the file, wrong ones here, say nothing: the order of the corners does."""
     one = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]
     two = [[0.0, 0, 2], [1, 0, 2], [1, 0, 2]]

@@ -80,7 +80,9 @@ from tests.helpers.mesh_bytes import (
         ("m.stl", stl([[[np.nan, 0, 0]] * 3]), "not finite"),
     ],
 )
-def test_files_that_are_refused(name: str, data: bytes | str, what: str, tmp_path: Path) -> None:
+def test_a_broken_file_is_refused_with_the_reason(
+    name: str, data: bytes | str, what: str, tmp_path: Path
+) -> None:
     assert what in str(refusal(tmp_path, name, data))
 
 
@@ -103,7 +105,7 @@ def test_a_damaged_ascii_stl_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "garbage", [b"", b"\0" * 200, bytes(range(256)) * 20, b"garbage\n" * 50, b"\xff\xfe" * 100]
 )
-def test_garbage(suffix: str, garbage: bytes, tmp_path: Path) -> None:
+def test_garbage_is_refused(suffix: str, garbage: bytes, tmp_path: Path) -> None:
     assert refusal(tmp_path, f"m.{suffix}", garbage).got.startswith(f"m.{suffix}")
 
 

@@ -243,7 +243,7 @@ def test_a_dict_that_is_no_scene_is_one_sentence(document: Any, words: str) -> N
     assert str(caught.value).startswith(words)
 
 
-def test_a_dict_that_holds_itself_is_one_sentence() -> None:
+def test_a_dict_that_contains_itself_is_one_sentence() -> None:
     document: dict[str, Any] = {}
     document["minirt"] = document
     with pytest.raises(SceneError, match="the scene is not JSON data; got Circular"):

@@ -39,7 +39,7 @@ def test_to_dict_renders_the_same_bytes(name: str) -> None:
         assert first[q].tobytes() == second[q].tobytes()
 
 
-def test_numbers_are_the_same_whole_or_with_a_point() -> None:
+def test_an_integer_and_the_same_float_are_one_number() -> None:
     whole = minirt.load_scene(changed(("screen", "nu"), -1))
     assert whole.sha256 == minirt.load_scene(BASE).sha256
 
@@ -49,7 +49,7 @@ def test_a_change_changes_the_hash() -> None:
     assert minirt.load_scene(larger).sha256 != minirt.load_scene(BASE).sha256
 
 
-def test_defaults_are_the_formats() -> None:
+def test_absent_keys_have_the_formats_defaults() -> None:
     scene = minirt.load_scene(BASE)
     assert scene.max_depth == 5
     assert scene.shadow_color is None

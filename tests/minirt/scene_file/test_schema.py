@@ -40,7 +40,7 @@ def _validator() -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(scene_schema())
 
 
-def test_schema_is_the_models() -> None:
+def test_the_schema_is_that_of_the_model() -> None:
     schema = scene_schema()
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert set(schema["properties"]) == set(SceneDocument.model_fields)
