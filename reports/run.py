@@ -21,8 +21,9 @@ from reports.page.inspector.details import details_of
 from reports.page.report import report_html
 from reports.page.thumbnails import agreement_thumbnail, frame_thumbnail
 from reports.results.baseline import Baseline
+from reports.results.findings import findings_of
 from reports.results.junit import junit_xml
-from reports.results.mutant_matrix import MutantMatrix
+from reports.results.mutants import MutantMatrix
 from reports.results.provenance import provenance, without_passwords
 from reports.results.record import Run, results_json
 from reports.results.summary import summary_markdown
@@ -122,11 +123,12 @@ def run_verify(
     if options.baseline is not None:
         results, said = options.baseline.applied(results)
         remarks += [f"Baseline: {remark}" for remark in said]
+    findings = findings_of(results, names)
     run = Run(
-        results=tuple(results),
+        findings=findings,
         references=tuple(names),
         required=tuple(sorted(options.required)),
-        verdict=decide(results, names, options.required),
+        verdict=decide(findings, names, options.required),
         provenance=origin,
         seconds=time.perf_counter() - start,
         folder=folder,

@@ -93,7 +93,7 @@ def gate(
     from reference.verify.options import Callbacks, Options
     from reports.history.recording import opened_history, previous_run_of, record_run
     from reports.inputs import cache_unless, chosen_scenes, scene_names
-    from reports.results.mutant_matrix import read_mutant_matrix
+    from reports.results.mutants import read_mutant_matrix
     from reports.results.record import results_document
     from reports.run import RunOptions, run_verify
     from reports.terminal.results import print_run
@@ -142,9 +142,7 @@ def gate(
 
 def _look_closer(run: Run, named: dict[str, str], subject: Subject) -> None:
     """The command that shows the first wrong pixel; from standard input no scene comes twice."""
-    from reports.results.findings import failing
-
-    for cell in failing(run.results):
+    for cell in run.findings.failing:
         check = cell.check
         if check.worst is not None and check.wrong and named[cell.scene] != "-":
             words = [named[cell.scene], "--pixel", check.worst.column, check.worst.row]

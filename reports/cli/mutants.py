@@ -35,7 +35,7 @@ def mutants(
     from reference.mutants.floor import sensitivity_floor
     from reference.mutants.run import chosen_mutants, run_mutants
     from reports.inputs import cluster_at
-    from reports.results.mutation_run import mutants_document, mutants_status
+    from reports.results.mutants import mutants_document, mutants_status
 
     chosen = chosen_mutants(names_in(only))
     with cluster_at(cluster) as workers, progress("mutants") as tell:
@@ -74,7 +74,7 @@ def _print(run: MutationRun, floor: Floor) -> None:
 
 
 def _summary(run: MutationRun, floor: Floor) -> list[str]:
-    from reports.results.mutation_run import mutants_sentence
+    from reports.results.mutants import mutants_sentence
 
     lines = [
         "",

@@ -59,7 +59,7 @@ def verify(
     from reference.verify.options import Options
     from reports.history.recording import opened_history, previous_run_of, record_run
     from reports.inputs import cache_unless, chosen_scenes, cluster_at, references_of
-    from reports.results.mutant_matrix import read_mutant_matrix
+    from reports.results.mutants import read_mutant_matrix
     from reports.results.record import results_document
     from reports.run import RunOptions, run_verify
     from reports.terminal.results import print_run

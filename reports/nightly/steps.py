@@ -28,8 +28,12 @@ from reports.history.recording import previous_run_of
 from reports.history.store import History
 from reports.history.text import verdict_of
 from reports.nightly.night import Night, StepModel, write
-from reports.results.mutant_matrix import read_mutant_matrix
-from reports.results.mutation_run import mutants_document, mutants_sentence, mutants_status
+from reports.results.mutants import (
+    mutants_document,
+    mutants_sentence,
+    mutants_status,
+    read_mutant_matrix,
+)
 from reports.results.words import count, one_line, share
 from reports.run import REPORTS, RunOptions, run_verify
 

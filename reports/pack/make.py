@@ -41,7 +41,8 @@ from reports.pack.manifest import (
     write_manifest,
 )
 from reports.pack.sheet import write_sheet
-from reports.results.findings import scene_state
+from reports.results.cells import scene_state
+from reports.results.findings import findings_of
 from reports.results.verdict import decide
 
 #: The number formats that a pack says tolerances for.
@@ -185,7 +186,7 @@ def confirmations(
         results.append(result)
         tell(len(results))
     names = [reference.name for reference in references]
-    verdict = decide(results, names, required)
+    verdict = decide(findings_of(results, names), names, required)
     refused = [r.scene.name for r in results if scene_state(r) == "failed" or r.judgement is None]
     if refused or any(name in trouble for trouble in verdict.troubles for name in required):
         raise ReferenceError(

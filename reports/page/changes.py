@@ -1,4 +1,4 @@
-"""What the page says against the previous run: arrows, a trend line a scene, scenes that came."""
+"""What has changed since the previous run: arrows, scenes, and a trend line for each scene."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from reference.verify.results import SceneResult
 from reports.history.previous import Point, PreviousRun
 from reports.history.trends import Change, changes_of
 from reports.page.matrix import MatrixCell
-from reports.results.cells import CellName, cells_of, worst_check
-from reports.results.findings import checks_of, scene_state
+from reports.results.cells import CellName, cells_of
+from reports.results.findings import SceneFindings
 from reports.results.words import count, listed, one_line, times
 
 #: A worst error that grows or shrinks by less than this factor has not changed.
@@ -22,7 +22,7 @@ _WIDTH, _HEIGHT, _LOW, _HIGH = 96, 24, 1e-3, 1e3
 
 
 @dataclass(frozen=True)
-class News:
+class SceneChanges:
     """Scenes of this run beside those of the previous one, by name.
 
     Attributes
@@ -39,14 +39,14 @@ class News:
     renamed: tuple[tuple[str, str], ...]
 
 
-def scene_news(previous: PreviousRun, results: Sequence[SceneResult]) -> News:
-    """Which scenes came, went, changed their name or their content."""
+def scene_changes(previous: PreviousRun, results: Sequence[SceneResult]) -> SceneChanges:
+    """Which scenes are new, removed, renamed or altered."""
     now = {result.scene.name: result.scene.sha256 for result in results}
     gone = {sha: name for name, sha in previous.scenes.items() if name not in now}
     came = {name: sha for name, sha in now.items() if name not in previous.scenes}
     renamed = tuple((gone[sha], name) for name, sha in came.items() if sha in gone)
     old = {name for name, _ in renamed}
-    return News(
+    return SceneChanges(
         new=tuple(name for name, sha in came.items() if sha not in gone),
         removed=tuple(name for name in gone.values() if name not in old),
         altered=tuple(n for n, sha in now.items() if previous.scenes.get(n, sha) != sha),
@@ -77,47 +77,63 @@ def with_arrow(cell: MatrixCell, check: Check, was: Check | None) -> MatrixCell:
     return replace(cell, arrow=sign, title=f"{cell.title}; {word}: it was {was.state}{ratio}")
 
 
-def arrows(previous: PreviousRun, results: Sequence[SceneResult]) -> dict[CellName, str]:
-    """The cells that have changed, each with its arrow."""
+@dataclass(frozen=True, eq=False)
+class RunChanges:
+    """A run against the previous one of its series.
+
+    Attributes
+    ----------
+    previous : PreviousRun
+        Its `last` is None where there was none: then nothing has changed.
+    scenes : SceneChanges
+    arrows : dict of CellName to str
+        The cells that have changed, each with its arrow.
+    """
+
+    previous: PreviousRun
+    scenes: SceneChanges
+    arrows: Mapping[CellName, str]
+
+
+def run_changes(previous: PreviousRun, results: Sequence[SceneResult]) -> RunChanges:
+    """What has changed since the previous run."""
     signs = {
         cell.name: arrow(cell.check, previous.cells.get(cell.name)) for cell in cells_of(results)
     }
-    return {name: sign for name, sign in signs.items() if sign}
+    arrows = {name: sign for name, sign in signs.items() if sign}
+    return RunChanges(previous, scene_changes(previous, results), arrows)
 
 
-def previous_in_words(previous: PreviousRun, results: Sequence[SceneResult]) -> list[str]:
+def changes_in_words(changes: RunChanges) -> list[str]:
     """Sentences against the previous run; none where there was none."""
-    if previous.last is None:
+    last = changes.previous.last
+    if last is None:
         return []
-    signs = list(arrows(previous, results).values())
+    signs = list(changes.arrows.values())
     worse, better = signs.count("▲"), signs.count("▼")
-    commit = f", commit {previous.last.commit[:10]}" if previous.last.commit else ""
+    commit = f", commit {last.commit[:10]}" if last.commit else ""
     change = f"{count(worse, 'cell')} worse, {better} better" if signs else "no cell has changed"
-    lines = [f"Against the run of {previous.last.started}{commit}: {change}."]
-    return lines + list(_news_in_words(scene_news(previous, results)))
+    head = f"Against the run of {last.started}{commit}: {change}."
+    return [head, *_scenes_in_words(changes.scenes)]
 
 
-def _news_in_words(news: News) -> Iterator[str]:
-    pairs = tuple(f"{old} → {new}" for old, new in news.renamed)
+def _scenes_in_words(scenes: SceneChanges) -> Iterator[str]:
+    pairs = tuple(f"{old} → {new}" for old, new in scenes.renamed)
     for word, names in (
-        ("New", news.new), ("Removed", news.removed), ("Renamed", pairs), ("Altered", news.altered),
+        ("New", scenes.new), ("Removed", scenes.removed), ("Renamed", pairs),
+        ("Altered", scenes.altered),
     ):  # fmt: skip
         if names:
             yield f"{word}: {listed([one_line(name, 80) for name in names])}."
 
 
-def tags_against(previous: PreviousRun, results: Sequence[SceneResult]) -> Mapping[str, list[str]]:
-    """`new` and `changed` by the name of each scene that is."""
-    if previous.last is None:
-        return {}
-    news = scene_news(previous, results)
-    changed = {name[0] for name in arrows(previous, results)} | set(news.altered)
-    fresh = {*news.new, *(new for _, new in news.renamed)}
-    names = [result.scene.name for result in results]
-    return {
-        name: [*(["new"] if name in fresh else []), *(["changed"] if name in changed else [])]
-        for name in names
-    }
+def change_tags(changes: RunChanges, scene: str) -> list[str]:
+    """`new` and `changed`, where a scene is."""
+    if changes.previous.last is None:
+        return []
+    new = {*changes.scenes.new, *(name for _, name in changes.scenes.renamed)}
+    changed = {*(name[0] for name in changes.arrows), *changes.scenes.altered}
+    return [*(["new"] if scene in new else []), *(["changed"] if scene in changed else [])]
 
 
 @dataclass(frozen=True)
@@ -148,15 +164,14 @@ class Trend:
     height: int = _HEIGHT
 
 
-def trend_of(previous: PreviousRun, result: SceneResult, commit: str | None) -> Trend | None:
+def trend_of(previous: PreviousRun, scene: SceneFindings, commit: str | None) -> Trend | None:
     """How a scene did in earlier runs and does now; None where there were none."""
-    earlier = previous.trends.get(result.scene.name, ())
+    earlier = previous.trends.get(scene.result.scene.name, ())
     if not earlier:
         return None
-    worst = worst_check(checks_of([result]))
-    ratio = None if worst is None else worst.ratio
+    ratio = None if scene.worst is None else scene.worst.ratio
     now = Point(
-        earlier[-1].run + 1, "now", commit, scene_state(result), ratio, result.scene.sha256
+        earlier[-1].run + 1, "now", commit, scene.state, ratio, scene.result.scene.sha256
     )  # fmt: skip
     points = (*earlier, now)
     step = (_WIDTH - 8) / max(1, len(points) - 1)

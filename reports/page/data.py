@@ -32,7 +32,7 @@ from reports.page.inspector.details import Details, Pictures, Pixel
 from reports.page.inspector.packing import Packed
 from reports.page.matrix import CAUSAL
 from reports.page.rerun import ready_test, rerun_command
-from reports.results.findings import answer_state, scene_state
+from reports.results.cells import answer_state, scene_state
 from reports.results.json_model import spelled
 from reports.results.record import Run
 from reports.results.words import RULE_NAMES, figure, plain

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
 from minirt.quantities import QUANTITIES, STAGES
 from reference.compare.check import COMPARED, UNANSWERED, Check
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.results.findings import scene_state
+from reports.results.findings import SceneFindings
 from reports.results.words import count, figure, icon, is_consequence, share, worst_in_words
 
 #: Quantities in causal order, so that the first wrong one of a row is the one to look at.
@@ -60,6 +60,11 @@ class MatrixRow:
 
     reference: str
     cells: tuple[MatrixCell, ...]
+
+
+def in_causal_order(names: Collection[str]) -> list[str]:
+    """Quantities in causal order."""
+    return [name for name in CAUSAL if name in names]
 
 
 def stage_columns(names: Sequence[str]) -> list[tuple[str, int, str]]:
@@ -149,14 +154,15 @@ def _similarity(check: Check, ssim: float, floor: float) -> str:
     return text
 
 
-def scene_headline(result: SceneResult) -> str:
+def scene_headline(scene: SceneFindings) -> str:
     """How a scene did, in a few words."""
-    checks = [check for answer in result.references for check in answer.checks]
-    failed = sum(check.state == "failed" for check in checks)
-    passed = sum(check.state == "passed" for check in checks)
-    known = sum(check.state == "known" for check in checks)
+    failed, passed, known = (
+        sum(answer.count(state) for answer in scene.answers)
+        for state in ("failed", "passed", "known")
+    )
+    stage = f"; first wrong stage: {scene.first_wrong_stage}" if scene.first_wrong_stage else ""
     if failed:
-        return f"{failed} of {count(failed + passed, 'check')} failed"
-    state = scene_state(result)
+        return f"{failed} of {count(failed + passed, 'check')} failed{stage}"
     tail = f", {count(known, 'known failure')}" if known else ""
-    return f"{count(passed, 'check')} passed{tail}" if state == "passed" else state
+    head = f"{count(passed, 'check')} passed{tail}" if scene.state == "passed" else scene.state
+    return head + stage

@@ -8,24 +8,17 @@ from typing import Any
 from minirt.quantities import QUANTITIES, STAGES
 from reference.compare.check import CERTAIN_FLOOR
 from reference.compare.stability import KAPPA
-from reference.verify.results import ReferenceResult, SceneResult
-from reports.page.changes import previous_in_words
+from reference.verify.results import ReferenceResult
+from reports.page.changes import changes_in_words, run_changes
 from reports.page.colors import HATCH, RING, SOURCES, band_legend, css, viridis
 from reports.page.data import Pool, has_pictures, page_data
-from reports.page.matrix import anchor, kind, stage_columns
-from reports.page.scene import against, look_at, names_of, scene_entry
+from reports.page.matrix import anchor, in_causal_order, kind, stage_columns
+from reports.page.scene import look_at, scene_entry
 from reports.page.template import template
-from reports.results.coverage import (
-    RuleCoverage,
-    RuleState,
-    gap_in_words,
-    gaps,
-    not_checked,
-    not_compared,
-    rule_coverage,
-)
-from reports.results.findings import SceneState, counts, failing, scene_counts, scene_state, silent
-from reports.results.record import Run, programs
+from reports.results.cells import SceneState
+from reports.results.coverage import RuleCoverage, RuleState, gap_in_words
+from reports.results.findings import SceneFindings
+from reports.results.record import Run
 from reports.results.words import RULE_NAMES, count, figure, icon, worst_in_words
 from reports.speed import table
 from reports.speed.plot import plot_of
@@ -48,31 +41,35 @@ _RULE_ICONS: dict[RuleState, str] = {
 def report_html(run: Run) -> str:
     """The page of a run."""
     pool = Pool()
-    ordered = _ordered(run.results)
+    findings = run.findings
+    changes = None if run.previous is None else run_changes(run.previous, run.results)
+    changed = [] if changes is None else changes_in_words(changes)
+    names = in_causal_order(findings.quantities)
+    ordered = _ordered(findings.scenes)
     page = template("report.html.j2")
-    scenes = [scene_entry(run, number, result, pool) for number, result in ordered]
-    sections = [(anchor(number, result), result) for number, result in ordered]
+    scenes = [scene_entry(run, changes, place, scene, pool) for place, scene in ordered]
+    sections = [(anchor(place, scene.result), scene.result) for place, scene in ordered]
     return page.render(
         run=run,
-        names=names_of(run),
-        stages=stage_columns(names_of(run)),
+        names=names,
+        stages=stage_columns(names),
         quantities=QUANTITIES,
-        counts=counts(run.results),
-        scene_counts=scene_counts(run.results),
-        not_checked=not_checked(run.results),
-        not_compared=not_compared(run.results),
-        gaps=[(gap, gap_in_words(gap)) for gap in gaps(run.results)],
+        counts=findings.checks,
+        scene_counts=findings.scene_states,
+        not_checked=findings.not_checked,
+        not_compared=findings.not_compared,
+        gaps=[(gap, gap_in_words(gap)) for gap in findings.gaps],
         failing=_failing(run),
-        silent=silent(run.results),
+        unanswered=findings.unanswered,
         scenes=scenes,
         data=page_data(run, sections, pool),
         script=[f"scripts/{part}.js" for part in _SCRIPT],
         compared=any(has_pictures(a) for r in run.results for a in r.references),
-        filters=_filters(run),
-        before=[] if run.previous is None else previous_in_words(run.previous, run.results),
+        filters=_filters(compared_before=bool(changed)),
+        changes=changed,
         stage_names=list(STAGES),
         rules=_rules(run),
-        programs=programs(run),
+        programs=findings.programs,
         bands=band_legend(),
         hatch=[css(color) for color in HATCH],
         ring=css(RING[0]),
@@ -104,13 +101,14 @@ def _failing(run: Run) -> list[dict[str, Any]]:
             "detail": worst_in_words(cell.check) if cell.check.wrong else cell.check.reason,
             "look": look_at(sections[cell.scene], answers[cell.scene, cell.reference], cell.check),
         }
-        for cell in failing(run.results)
+        for cell in run.findings.failing
     ]
 
 
-def _ordered(results: Sequence[SceneResult]) -> list[tuple[int, SceneResult]]:
-    numbered = list(enumerate(results, start=1))
-    return sorted(numbered, key=lambda entry: _ORDER.index(scene_state(entry[1])))
+def _ordered(scenes: Sequence[SceneFindings]) -> list[tuple[int, SceneFindings]]:
+    """Scenes with their places in the run, worst first."""
+    numbered = list(enumerate(scenes, start=1))
+    return sorted(numbered, key=lambda entry: _ORDER.index(entry[1].state))
 
 
 def _speed() -> dict[str, Any]:
@@ -126,15 +124,15 @@ def _speed() -> dict[str, Any]:
     }
 
 
-def _filters(run: Run) -> list[tuple[str, str]]:
+def _filters(compared_before: bool) -> list[tuple[str, str]]:
     """Tags that scenes can be filtered by, and what they say."""
-    news = [("new", "are new"), ("changed", "have changed")] if against(run) else []
-    return [("failed", "did not pass"), *news, ("uncertain", "have uncertain pixels")]
+    changes = [("new", "are new"), ("changed", "have changed")] if compared_before else []
+    return [("failed", "did not pass"), *changes, ("uncertain", "have uncertain pixels")]
 
 
 def _rules(run: Run) -> list[dict[str, Any]]:
     """A row for each rule: the scenes that list it, what was compared on how many of them."""
-    covered = rule_coverage(run.results)
+    covered = run.findings.rules
     return [_rule(run, rule, name, covered.get(rule)) for rule, name in RULE_NAMES.items()]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from minirt.quantities import QUANTITIES
@@ -13,33 +12,39 @@ from reference.compare.quorum import Quorum
 from reference.exact import Judgement
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.page.changes import tags_against, trend_of, with_arrow
+from reports.page.changes import RunChanges, change_tags, trend_of, with_arrow
 from reports.page.colors import legend_of
 from reports.page.data import Pool
 from reports.page.inspector.details import Details, Pictures, deserves_full_size
-from reports.page.matrix import CAUSAL, MatrixRow, anchor, facts, kind, matrix_row, scene_headline
+from reports.page.matrix import (
+    CAUSAL,
+    MatrixRow,
+    anchor,
+    facts,
+    in_causal_order,
+    kind,
+    matrix_row,
+    scene_headline,
+)
 from reports.page.pictures import has_scale
 from reports.page.thumbnails import Thumbnail
-from reports.results.cells import first_wrong_stage, least_certain, worst_check
-from reports.results.findings import (
-    answer_state,
-    checks_of,
-    scene_state,
-)
-from reports.results.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
+from reports.results.findings import AnswerFindings, SceneFindings
 from reports.results.record import Run
-from reports.results.words import count, figure, icon, number, plain
+from reports.results.schema import MOST_LISTED
+from reports.results.words import (
+    count,
+    figure,
+    icon,
+    judgement_in_words,
+    number,
+    opinion_in_words,
+    plain,
+)
 
 #: Pixels of a picture to each side of the worst one in its enlargement, and CSS pixels to each.
 _AROUND, _ENLARGED = 7, 10
 #: Least width, in CSS pixels, to which small pictures are enlarged, by a whole number.
 _LEAST_WIDTH = 128
-
-
-def names_of(run: Run) -> list[str]:
-    """The quantities that the run compared, in causal order."""
-    used = {check.quantity for check in checks_of(run.results)}
-    return [name for name in CAUSAL if name in used]
 
 
 def look_at(section: str, answer: ReferenceResult, check: Check) -> str:
@@ -49,26 +54,41 @@ def look_at(section: str, answer: ReferenceResult, check: Check) -> str:
     return json.dumps([section, plain(answer.reference), check.quantity])
 
 
-def scene_entry(run: Run, number_: int, result: SceneResult, pool: Pool) -> dict[str, Any]:
-    """What the template needs to know of one scene."""
-    section = anchor(number_, result)
-    names = names_of(run)
-    stage = first_wrong_stage(checks_of([result]))
+def scene_entry(
+    run: Run, changes: RunChanges | None, place: int, scene: SceneFindings, pool: Pool
+) -> dict[str, Any]:
+    """What the template needs to know of one scene.
+
+    Parameters
+    ----------
+    run : Run
+    changes : RunChanges or None
+        Since the previous run.
+    place : int
+        Of the scene in the run, from 1.
+    scene : SceneFindings
+    pool : Pool
+        Pictures are put into it.
+    """
+    result = scene.result
+    section = anchor(place, result)
+    names = in_causal_order(run.findings.quantities)
+    tags = [] if changes is None else change_tags(changes, result.scene.name)
     return {
         "id": section,
         "scene": result.scene,
-        "state": scene_state(result),
-        "headline": scene_headline(result) + (f"; first wrong stage: {stage}" if stage else ""),
+        "state": scene.state,
+        "headline": scene_headline(scene),
         "rows": [_row(run, result, answer, names, section) for answer in result.references],
-        "trend": run.previous and trend_of(run.previous, result, run.provenance.commit),
-        "tags": " ".join([*_tags(result), *against(run).get(result.scene.name, [])]),
-        "worst": _worst(result),
-        "certain": _certain(result),
+        "trend": run.previous and trend_of(run.previous, scene, run.provenance.commit),
+        "tags": " ".join([*_tags(scene), *tags]),
+        "worst": _worst(scene),
+        "certain": _certain(scene),
         "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
         "portrait": _portrait(result, pool),
-        "answers": [_answer(answer) for answer in result.references],
+        "answers": [_answer(answer) for answer in scene.answers],
         "quantities": _quantities(result, section, pool),
-        "silent": _not_compared(result),
+        "gaps": _gaps(result),
         "judgement": result.judgement and _judgement(result.judgement),
         "quorum": [(q, _agreement(q, pool)) for q in result.quorum if len(q.sources) > 1],
         "sources": max((len(q.sources) for q in result.quorum), default=0),
@@ -94,23 +114,22 @@ def _row(
     return MatrixRow(row.reference, tuple(cells))
 
 
-def _tags(result: SceneResult) -> list[str]:
+def _tags(scene: SceneFindings) -> list[str]:
     """By what a scene can be filtered."""
-    checks = list(checks_of([result]))
-    found = ["failed"] if scene_state(result) in ("failed", "incomplete") else []
-    return [*found, *(["uncertain"] if any(c.certain < c.pixels for c in checks) else [])]
+    found = ["failed"] if scene.state in ("failed", "incomplete") else []
+    uncertain = any(check.certain < check.pixels for check in scene.checks)
+    return [*found, *(["uncertain"] if uncertain else [])]
 
 
-def _worst(result: SceneResult) -> str:
+def _worst(scene: SceneFindings) -> str:
     """The worst error over tolerance as JavaScript reads it; −1 where nothing was compared."""
-    worst = worst_check(checks_of([result]))
-    ratio = -1.0 if worst is None else worst.ratio or 0.0
+    ratio = -1.0 if scene.worst is None else scene.worst.ratio or 0.0
     return "Infinity" if math.isinf(ratio) else f"{ratio:.6g}"
 
 
-def _certain(result: SceneResult) -> str:
+def _certain(scene: SceneFindings) -> str:
     """The least share of certain pixels; 2 where nothing was compared."""
-    least = least_certain(checks_of([result]))
+    least = scene.least_certain
     return "2" if least is None else f"{least.certain / least.pixels:.6f}"
 
 
@@ -131,7 +150,7 @@ def _agreement(quorum: Quorum, pool: Pool) -> tuple[str, int, str] | None:
 
 
 def _judgement(judgement: Judgement) -> dict[str, Any]:
-    """What the template needs to know of minirt before the judge."""
+    """What the template needs to know of minirt against exact arithmetic."""
     return {
         "words": judgement_in_words(judgement),
         "convictions": [opinion_in_words(each) for each in judgement.convictions[:MOST_LISTED]],
@@ -143,14 +162,14 @@ def _judgement(judgement: Judgement) -> dict[str, Any]:
     }
 
 
-def _answer(answer: ReferenceResult) -> dict[str, Any]:
-    state = answer_state(answer)
+def _answer(found: AnswerFindings) -> dict[str, Any]:
+    answer, state = found.answer, found.state
     declared = answer.declared
     return {
         "name": answer.reference,
         "program": answer.program,
         "state": state,
-        "silent": state in UNANSWERED,
+        "unanswered": state in UNANSWERED,
         "reason": answer.checks[0].reason if state in UNANSWERED else "",
         "output": answer.output.strip(),
         "diagnosis": "" if answer.diagnosis is None else _diagnosis(answer),
@@ -262,7 +281,7 @@ def _zoom(check: Check, pictures: Pictures) -> dict[str, Any] | None:
     }
 
 
-def _not_compared(result: SceneResult) -> list[tuple[str, str, str, str]]:
+def _gaps(result: SceneResult) -> list[tuple[str, str, str, str]]:
     """Quantities that were not compared: their names by reference, state and reason."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for answer in result.references:
@@ -271,8 +290,3 @@ def _not_compared(result: SceneResult) -> list[tuple[str, str, str, str]]:
                 key = (answer.reference, check.state, check.reason)
                 found.setdefault(key, []).append(check.quantity)
     return [(*key, ", ".join(names)) for key, names in found.items()]
-
-
-def against(run: Run) -> Mapping[str, list[str]]:
-    """`new` and `changed` by the name of each scene that is; empty without a previous run."""
-    return {} if run.previous is None else tags_against(run.previous, run.results)

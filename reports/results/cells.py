@@ -1,16 +1,20 @@
-"""One cell of a comparison, and what several reports ask of checks."""
+"""One cell of a comparison, and how the cells of a scene or of a reference ended."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 from minirt.quantities import STAGES
-from reference.compare.check import Check
-from reference.verify.results import SceneResult
+from reference.compare.check import Check, State
+from reference.verify.results import ReferenceResult, SceneResult
+from reports.results.words import STATES
 
 #: Names of a scene, a reference and a quantity.
 CellName = tuple[str, str, str]
+#: How a scene can end over all its references.
+SceneState = Literal["failed", "incomplete", "passed", "not compared"]
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,22 @@ def cells_of(results: Iterable[SceneResult]) -> Iterator[Cell]:
         for answer in result.references:
             for check in answer.checks:
                 yield Cell(result.scene.name, answer.reference, check)
+
+
+def scene_state(result: SceneResult) -> SceneState:
+    """How one scene ended against all its references and exact arithmetic."""
+    states = {check.state for answer in result.references for check in answer.checks}
+    if "failed" in states or (result.judgement is not None and result.judgement.convictions):
+        return "failed"
+    if states & {"crashed", "timed out"}:
+        return "incomplete"
+    return "passed" if states & {"passed", "known"} else "not compared"
+
+
+def answer_state(answer: ReferenceResult) -> State:
+    """How one reference did on one scene: the worst of its checks' states."""
+    found = {check.state for check in answer.checks}
+    return next((state for state in STATES if state in found), "not given")
 
 
 def first_wrong_stage(checks: Iterable[Check]) -> str:

@@ -11,7 +11,7 @@ from minirt.quantities import QUANTITIES
 from reference.compare.check import COMPARED
 from reference.traceability import RuleTrace, passed_in, trace_rules, without_camera
 from reference.verify.results import SceneResult
-from reports.results.findings import checks_of, scene_state
+from reports.results.cells import cells_of, scene_state
 from reports.results.words import count, one_line
 
 RuleState = Literal["failed", "partly checked", "not checked", "passed", "no scene"]
@@ -105,7 +105,7 @@ def not_checked(results: Sequence[SceneResult]) -> str:
     Scenes on which nothing at all was compared are not counted: `not_compared` names them.
     """
     some = [r for r in results if scene_state(r) != "not compared"]
-    used = {check.quantity for check in checks_of(results)}
+    used = {cell.check.quantity for cell in cells_of(results)}
     open_: dict[int, list[str]] = {}
     for name in (n for n in QUANTITIES if n in used):
         left = sum(not _was_compared(name, result) for result in some)
@@ -122,7 +122,8 @@ def _of(some: int, all_: int) -> str:
 
 
 def _was_compared(name: str, result: SceneResult) -> bool:
-    return any(c.quantity == name and c.state in COMPARED for c in checks_of([result]))
+    checks = (check for answer in result.references for check in answer.checks)
+    return any(check.quantity == name and check.state in COMPARED for check in checks)
 
 
 def not_compared(results: Sequence[SceneResult]) -> list[str]:

@@ -7,9 +7,15 @@ from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 from reference.compare.check import Check
 from reference.exact import Judgement
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.results.judgement import MOST_LISTED, judgement_in_words, opinion_in_words
 from reports.results.record import Run
-from reports.results.words import one_line, plain, worst_in_words
+from reports.results.schema import MOST_LISTED
+from reports.results.words import (
+    judgement_in_words,
+    one_line,
+    opinion_in_words,
+    plain,
+    worst_in_words,
+)
 
 
 def junit_xml(run: Run) -> str:

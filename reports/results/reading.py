@@ -12,7 +12,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from minirt.errors import InputError
-from reports.results.findings import SceneState
+from reports.results.cells import SceneState
 from reports.results.schema import CheckModel, ResultsModel, SceneModel
 from reports.results.verdict import Outcome
 from reports.results.words import one_line
@@ -90,7 +90,7 @@ def _fails(check: CheckModel) -> bool:
 
 
 def _state_of(scene: SceneModel) -> SceneState:
-    """As `reports.results.findings.scene_state`, of the record."""
+    """As `reports.results.cells.scene_state`, of the record."""
     states = {check.state for answer in scene.references for check in answer.checks}
     if "failed" in states or (scene.judgement is not None and scene.judgement.convicted):
         return "failed"

@@ -7,26 +7,23 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from minirt.scene import Scene
 from reference.compare.check import Check
+from reference.exact import Judgement, Opinion
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify.results import ReferenceResult, SceneResult
 from reports.history.previous import PreviousRun
-from reports.results.cells import first_wrong_stage
-from reports.results.findings import (
-    checks_of,
-    counts,
-    scene_counts,
-    scene_state,
-)
-from reports.results.judgement import judgement_model
-from reports.results.mutant_matrix import MutantMatrix
+from reports.results.findings import Findings, SceneFindings
+from reports.results.mutants import MutantMatrix
 from reports.results.provenance import Provenance
 from reports.results.schema import (
+    MOST_LISTED,
     VERSION,
     AnswerModel,
     CheckModel,
+    CountModel,
     DeclaredModel,
+    JudgementModel,
+    OpinionModel,
     ProvenanceModel,
     QuorumModel,
     ResultsModel,
@@ -44,9 +41,9 @@ class Run:
 
     Attributes
     ----------
-    results : tuple of SceneResult
-        In the order in which scenes were given; what `details_of` and `frame_thumbnail` of
-        `reports.page` made while their arrays were there travels with them.
+    findings : Findings
+        Its results, summed up once for all reports. What `details_of` and `frame_thumbnail` of
+        `reports.page` made while the arrays were there travels with them.
     references, required : tuple of str
         Names of the references that were chosen, and of those that must answer.
     verdict : Verdict
@@ -65,7 +62,7 @@ class Run:
         Whether the checks notice known mistakes, where that was tried.
     """
 
-    results: tuple[SceneResult, ...]
+    findings: Findings
     references: tuple[str, ...]
     required: tuple[str, ...]
     verdict: Verdict
@@ -78,6 +75,11 @@ class Run:
     mutants: MutantMatrix | None = None
 
     @property
+    def results(self) -> tuple[SceneResult, ...]:
+        """Of each scene, in the order in which scenes were given."""
+        return self.findings.results
+
+    @property
     def exit_status(self) -> int:
         """0 passed, 1 failed, 2 no scene, 3 incomplete."""
         return self.verdict.exit_status
@@ -88,14 +90,14 @@ def results_document(run: Run) -> dict[str, Any]:
     model = ResultsModel(
         minirtResults=VERSION,
         verdict=VerdictModel(**asdict(run.verdict)),
-        counts=counts(run.results),
-        scene_counts=scene_counts(run.results),
+        counts=run.findings.checks,
+        scene_counts=run.findings.scene_states,
         required=list(run.required),
         references=list(run.references),
         provenance=ProvenanceModel(
-            **asdict(run.provenance), programs=programs(run), seconds=run.seconds
+            **asdict(run.provenance), programs=run.findings.programs, seconds=run.seconds
         ),
-        scenes=[_scene(result) for result in run.results],
+        scenes=[_scene(scene) for scene in run.findings.scenes],
         remarks=list(run.remarks),
         judged=run.judged,
         mutants=run.mutants,
@@ -109,19 +111,9 @@ def results_json(run: Run) -> str:
     return json.dumps(results_document(run), indent=1, allow_nan=False) + "\n"
 
 
-def programs(run: Run) -> dict[str, list[str]]:
-    """What really ran, by reference: usually one program each; none where it never answered."""
-    found: dict[str, list[str]] = {name: [] for name in run.references}
-    for result in run.results:
-        for answer in result.references:
-            names = found[answer.reference]
-            if answer.declared is not None and answer.program not in names:
-                names.append(answer.program)
-    return found
-
-
-def _scene(result: SceneResult) -> SceneModel:
-    scene: Scene = result.scene
+def _scene(found: SceneFindings) -> SceneModel:
+    result = found.result
+    scene = result.scene
     share, reason = scene.floor or (None, "")
     return SceneModel(
         name=scene.name,
@@ -132,8 +124,8 @@ def _scene(result: SceneResult) -> SceneModel:
         ny=scene.screen.ny,
         floor=share,
         floor_reason=reason,
-        state=scene_state(result),
-        first_wrong_stage=first_wrong_stage(checks_of([result])),
+        state=found.state,
+        first_wrong_stage=found.first_wrong_stage,
         seconds=result.seconds,
         peak_memory=result.peak_memory,
         references=[_answer(answer) for answer in result.references],
@@ -191,3 +183,27 @@ def _start(start: NormalOffset | AlongRay | None) -> StartModel | None:
         "along ray" if isinstance(start, AlongRay) else "normal offset"
     )
     return StartModel(kind=kind, **vars(start))
+
+
+def judgement_model(judgement: Judgement | None) -> JudgementModel | None:
+    """The record of a judgement."""
+    if judgement is None:
+        return None
+    return JudgementModel(
+        pixels=judgement.pixels,
+        seconds=judgement.seconds,
+        counts=[CountModel(**vars(each)) for each in judgement.counts],
+        convicted=len(judgement.convictions),
+        convictions=[_opinion(each) for each in judgement.convictions[:MOST_LISTED]],
+    )
+
+
+def _opinion(opinion: Opinion) -> OpinionModel:
+    return OpinionModel(
+        quantity=opinion.quantity,
+        column=opinion.column,
+        row=opinion.row,
+        ours=list(opinion.ours),
+        exact=list(opinion.exact),
+        ulps=opinion.ulps,
+    )

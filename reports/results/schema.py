@@ -13,14 +13,15 @@ from pydantic import Field
 
 from minirt.quantities import Stage
 from reference.compare.check import State
-from reports.results.findings import SceneState
+from reports.results.cells import SceneState
 from reports.results.json_model import Model, Natural, Number
-from reports.results.judgement import JudgementModel
-from reports.results.mutant_matrix import MutantMatrix
+from reports.results.mutants import MutantMatrix
 from reports.results.verdict import Outcome
 
 #: Version of the document; it grows by adding, and changes its number when it cannot.
 VERSION: Literal[1] = 1
+#: Contradictions with exact arithmetic that are listed of a scene; their number is always given.
+MOST_LISTED = 20
 
 
 class WorstModel(Model):
@@ -108,6 +109,37 @@ class QuorumModel(Model):
     alone: dict[str, Natural] = Field(
         description="of those: where all others that judged, one at least, agree with minirt"
     )
+
+
+class OpinionModel(Model):
+    """One quantity of one pixel where minirt does not have the exact answer."""
+
+    quantity: str
+    column: Natural = Field(description="from the left")
+    row: Natural = Field(description="from the top")
+    ours: list[Number]
+    exact: list[Number]
+    ulps: Number | None = Field(description="error in ulp of the bound; null for a discrete one")
+
+
+class CountModel(Model):
+    """One quantity over the pixels that were judged."""
+
+    quantity: str
+    judged: Natural = Field(description="pixels where it applies")
+    decided: Natural = Field(description="of those, where the exact answer is certain")
+    agreed: Natural = Field(description="of those, where minirt has it")
+    ulps: Number | None = Field(description="largest error in ulp of the bound; 4 are allowed")
+
+
+class JudgementModel(Model):
+    """minirt against exact arithmetic on one scene."""
+
+    pixels: Natural
+    seconds: float
+    counts: list[CountModel]
+    convicted: Natural = Field(description="answers that are certain and that minirt has not")
+    convictions: list[OpinionModel] = Field(description=f"the first {MOST_LISTED}")
 
 
 class SceneModel(Model):

@@ -4,17 +4,8 @@ from __future__ import annotations
 
 import re
 
-from reference.verify.results import ReferenceResult
-from reports.results.coverage import gap_in_words, gaps, not_checked, not_compared
-from reports.results.findings import (
-    answer_in_words,
-    answer_state,
-    counts,
-    diagnosed,
-    failing,
-    silent,
-)
-from reports.results.judgement import convicted, judgement_in_words
+from reports.results.coverage import gap_in_words
+from reports.results.findings import AnswerFindings, answer_in_words
 from reports.results.record import Run
 from reports.results.words import (
     ICONS,
@@ -22,6 +13,7 @@ from reports.results.words import (
     figure,
     icon,
     is_consequence,
+    judgement_in_words,
     one_line,
     worst_in_words,
 )
@@ -42,14 +34,14 @@ def escaped(text: str) -> str:
 def summary_markdown(run: Run) -> str:
     """The summary of a run: verdict, counts, what fails first, then a line for each scene."""
     lines = [f"# {_sign(run)} {escaped(run.verdict.sentence)}", ""]
-    left = not_checked(run.results)
+    left = run.findings.not_checked
     lines += [f"**Not checked:** {escaped(left)}.", ""] if left else []
     lines += [f"- {escaped(remark)}" for remark in run.remarks]
     lines += [""] if run.remarks else []
     lines += _counts(run)
     lines += _failing(run)
-    lines += _convictions(run)
-    lines += _silent(run)
+    lines += _contradictions(run)
+    lines += _unanswered(run)
     lines += _scenes(run)
     lines += _gaps(run)
     lines.append(
@@ -64,7 +56,7 @@ def _sign(run: Run) -> str:
 
 
 def _counts(run: Run) -> list[str]:
-    found = counts(run.results)
+    found = run.findings.checks
     return [
         f"{count(len(run.results), 'scene')} × {count(len(run.references), 'reference')}, "
         f"{count(sum(found.values()), 'check')} in {run.seconds:.0f} s.",
@@ -77,7 +69,7 @@ def _counts(run: Run) -> list[str]:
 
 
 def _failing(run: Run) -> list[str]:
-    cells = list(failing(run.results))
+    cells = run.findings.failing
     if not cells:
         return []
     lines = ["## What fails", ""]
@@ -91,26 +83,26 @@ def _failing(run: Run) -> list[str]:
         lines += ["", f"… and {len(cells) - MOST_ROWS} more."]
     lines.append("")
     lines += [
-        f"- {escaped(f'{result.scene.name}: {answer.reference} {words}')}"
-        for result, answer, words in diagnosed(run.results)
-    ][:MOST_ROWS]
+        f"- {escaped(f'{each.scene}: {each.reference} {each.words}')}"
+        for each in run.findings.diagnoses[:MOST_ROWS]
+    ]
     if any(is_consequence(cell.check) for cell in cells):
         lines += ["", "↳ every wrong pixel was wrong at an earlier stage already."]
     return [*lines, ""]
 
 
-def _convictions(run: Run) -> list[str]:
+def _contradictions(run: Run) -> list[str]:
     lines = [
         _row(result.scene.name, judgement_in_words(result.judgement))
-        for result in convicted(run.results)
+        for result in run.findings.contradicted
         if result.judgement is not None
     ]
     head = ["## Against exact arithmetic", "", "| scene | the judge |", "|---|---|"]
     return [*head, *lines, ""] if lines else []
 
 
-def _silent(run: Run) -> list[str]:
-    groups = silent(run.results)
+def _unanswered(run: Run) -> list[str]:
+    groups = run.findings.unanswered
     if not groups:
         return []
     lines = ["## References without an answer", ""]
@@ -129,18 +121,18 @@ def _scenes(run: Run) -> list[str]:
         return []
     lines = ["## Scenes", "", "| scene | " + " | ".join(map(escaped, run.references)) + " |"]
     lines.append("|---|" + "---|" * len(run.references))
-    for result in run.results:
-        lines.append(_row(result.scene.name, *(_answer(a) for a in result.references)))
+    for scene in run.findings.scenes:
+        lines.append(_row(scene.result.scene.name, *map(_answer, scene.answers)))
     return [*lines, ""]
 
 
-def _answer(answer: ReferenceResult) -> str:
-    return f"{ICONS[answer_state(answer)]} {answer_in_words(answer)}"
+def _answer(found: AnswerFindings) -> str:
+    return f"{ICONS[found.state]} {answer_in_words(found)}"
 
 
 def _gaps(run: Run) -> list[str]:
     """Scenes that nobody compared, and what each reference does not give, with the reasons."""
-    scenes, found = not_compared(run.results), gaps(run.results)
+    scenes, found = run.findings.not_compared, run.findings.gaps
     lines = ["## Not compared", ""] if scenes or found else []
     lines += [f"- {escaped(line)}" for line in scenes] + ([""] if scenes else [])
     if found:

@@ -8,16 +8,10 @@ from typing import Literal
 
 from reference.compare.check import COMPARED, UNANSWERED
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.results.cells import first_wrong_stage, worst_check
+from reports.results.cells import worst_check
 from reports.results.coverage import why_not
-from reports.results.findings import (
-    checks_of,
-    likeliest,
-    scene_counts,
-    scene_state,
-)
-from reports.results.judgement import all_in_words, convicted
-from reports.results.words import count, listed, one_line, share, times
+from reports.results.findings import Findings
+from reports.results.words import all_in_words, count, listed, one_line, share, times
 
 Outcome = Literal["passed", "failed", "incomplete", "empty"]
 
@@ -45,29 +39,29 @@ class Verdict:
     troubles: tuple[str, ...]
 
 
-def decide(
-    results: Sequence[SceneResult], references: Sequence[str], required: Iterable[str]
-) -> Verdict:
+def decide(findings: Findings, references: Sequence[str], required: Iterable[str]) -> Verdict:
     """The verdict on a run.
 
     Parameters
     ----------
-    results : sequence of SceneResult
+    findings : Findings
+        Of the run.
     references : sequence of str
         Names of those that were chosen.
     required : iterable of str
         Names of those without whose answer the run is incomplete.
     """
+    results = findings.results
     if not results:
         sentence = "FAIL: no scene was chosen, so nothing was compared"
         return Verdict("empty", 2, sentence, ("no scene was chosen",))
     troubles = tuple(_troubles(results, references, set(required)))
     also = "".join(f"; {trouble}" for trouble in troubles)
-    if any(scene_state(result) == "failed" for result in results):
-        return Verdict("failed", 1, _failure(results) + also, troubles)
+    if findings.scene_states["failed"]:
+        return Verdict("failed", 1, _failure(findings) + also, troubles)
     if troubles:
         return Verdict("incomplete", 3, "INCOMPLETE: " + "; ".join(troubles), troubles)
-    return Verdict("passed", 0, _success(results), ())
+    return Verdict("passed", 0, _success(findings), ())
 
 
 def _troubles(
@@ -116,50 +110,41 @@ def _of(some: int, all_: int) -> str:
     return f"{some} of {count(all_, 'scene')}"
 
 
-def _failure(results: Sequence[SceneResult]) -> str:
-    failed = scene_counts(results)["failed"]
-    stage = first_wrong_stage(checks_of(results))
+def _failure(findings: Findings) -> str:
+    scenes, stage = len(findings.scenes), findings.first_wrong_stage
     whys = [f"first wrong stage: {stage}"] if stage else []
-    found = list(convicted(results))
-    if found:
-        whys.append(f"exact arithmetic convicts minirt on {_of(len(found), len(results))}")
-    mistake = likeliest(results)
-    whys += [mistake] if mistake else []
-    why = "; ".join(whys) or _reason(results)
-    return f"FAIL: {_of(failed, len(results))}; {why}"
+    if findings.contradicted:
+        where = _of(len(findings.contradicted), scenes)
+        whys.append(f"exact arithmetic contradicts minirt on {where}")
+    whys += [findings.likeliest] if findings.likeliest else []
+    why = "; ".join(whys) or _reason(findings)
+    return f"FAIL: {_of(findings.scene_states['failed'], scenes)}; {why}"
 
 
-def _reason(results: Sequence[SceneResult]) -> str:
+def _reason(findings: Findings) -> str:
     """Why checks failed in which no pixel is wrong: the first reason, and how many others."""
-    failed = [check for check in checks_of(results) if check.state == "failed"]
+    failed = [check for check in findings.every_check if check.state == "failed"]
     first, *others = dict.fromkeys(one_line(check.reason, 200) for check in failed)
     head = "no pixel is wrong, but " if any(check.pixels for check in failed) else ""
     return head + first + (f"; and {len(others)} more" if others else "")
 
 
-def _success(results: Sequence[SceneResult]) -> str:
-    by_state = scene_counts(results)
-    names = [
-        name
-        for name in dict.fromkeys(a.reference for r in results for a in r.references)
-        if any(
-            check.state in ("passed", "known")
-            for r in results for a in r.references if a.reference == name for check in a.checks
-        )
-    ]  # fmt: skip
-    known = sum(check.state == "known" for check in checks_of(results))
+def _success(findings: Findings) -> str:
+    scenes, known = findings.scene_states, findings.checks["known"]
+    answers = [answer for scene in findings.scenes for answer in scene.answers]
+    names = [a.answer.reference for a in answers if a.count("passed") or a.count("known")]
     head = f"PASS, with {count(known, 'known failure')}" if known else "PASS"
-    text = f"{head}: {count(by_state['passed'], 'scene')} agree with {listed(names)}"
-    if by_state["passed"] == 1:
-        text = text.replace(" agree ", " agrees ")
-    checks = [check for check in checks_of(results) if check.state == "passed"]
+    agree = "agrees" if scenes["passed"] == 1 else "agree"
+    with_whom = listed([*dict.fromkeys(names)])
+    text = f"{head}: {count(scenes['passed'], 'scene')} {agree} with {with_whom}"
+    checks = [check for check in findings.every_check if check.state == "passed"]
     certain = share(sum(c.certain for c in checks), sum(c.pixels for c in checks))
     text += f"; no {'other ' if known else ''}wrong pixel among the {certain} that are certain"
     worst = worst_check(checks)
     if worst is not None and worst.ratio:
         text += f", largest error {times(worst.ratio or 0.0)} its tolerance ({worst.quantity})"
-    exact = all_in_words([r.judgement for r in results if r.judgement is not None])
+    exact = all_in_words([r.judgement for r in findings.results if r.judgement is not None])
     text += f"; {exact}" if exact else ""
-    if by_state["not compared"]:
-        text += f"; {count(by_state['not compared'], 'scene')} not compared"
+    if scenes["not compared"]:
+        text += f"; {count(scenes['not compared'], 'scene')} not compared"
     return text

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from minirt.quantities import QUANTITIES
 from reference.compare.check import Check, State
+from reference.exact import Judgement, Opinion
 
 #: Every state a cell can have, worst news first.
 STATES: tuple[State, ...] = (
@@ -167,3 +168,38 @@ def worst_in_words(check: Check) -> str:
     if math.isfinite(check.ratio) and not QUANTITIES[check.quantity].discrete:
         text += f"; error {number(worst.error)}, tolerance {number(worst.tolerance)}"
     return text
+
+
+def judgement_in_words(judgement: Judgement) -> str:
+    """The judgement in a sentence."""
+    decided = sum(each.decided for each in judgement.counts)
+    if judgement.convictions:
+        first = judgement.convictions[0]
+        return (
+            f"contradicts minirt: {_answers(len(judgement.convictions))} of {decided} wrong, "
+            f"first {opinion_in_words(first)}"
+        )
+    judged = sum(each.judged for each in judgement.counts)
+    worst = judgement.worst.ulps if judgement.worst is not None else None
+    error = "" if worst is None else f", t within {number(worst or 0.0)} ulp of its condition"
+    return (
+        f"confirms minirt: {decided} of {_answers(judged)} at "
+        f"{count(judgement.pixels, 'pixel')} are certain and right{error}"
+    )
+
+
+def all_in_words(judgements: Sequence[Judgement]) -> str:
+    """All judgements of a run that convict nothing, in a clause; empty where there is none."""
+    decided = sum(each.decided for judgement in judgements for each in judgement.counts)
+    return f"exact arithmetic confirms {_answers(decided)}" if decided else ""
+
+
+def opinion_in_words(opinion: Opinion) -> str:
+    """Quantity, pixel and both values."""
+    ours, exact = (values(opinion.quantity, list(v)) for v in (opinion.ours, opinion.exact))
+    place = f"{opinion.quantity} at ({opinion.column}, {opinion.row})"
+    return f"{place}: ours {ours}, exact {exact}"
+
+
+def _answers(n: int) -> str:
+    return f"{n:,} answer" + ("" if n == 1 else "s")

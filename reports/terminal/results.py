@@ -9,25 +9,17 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reference.verify.results import ReferenceResult, SceneResult
-from reports.results.cells import Cell, least_certain
-from reports.results.coverage import gap_in_words, gaps, not_checked, not_compared
-from reports.results.findings import (
-    Silence,
-    answer_in_words,
-    answer_state,
-    checks_of,
-    diagnosed,
-    failing,
-    silent,
-)
-from reports.results.judgement import convicted, judgement_in_words
+from reference.verify.results import SceneResult
+from reports.results.cells import Cell
+from reports.results.coverage import gap_in_words
+from reports.results.findings import AnswerFindings, SceneFindings, Unanswered, answer_in_words
 from reports.results.record import Run
 from reports.results.words import (
     ICONS,
     figure,
     icon,
     is_consequence,
+    judgement_in_words,
     one_line,
     plain,
     share,
@@ -49,29 +41,29 @@ _STYLES = {
 
 def print_run(run: Run, console: Console) -> None:
     """The table of scenes, a line for each failing cell, the report's path and the verdict."""
-    if run.results:
+    findings = run.findings
+    if findings.scenes:
         console.print(_table(run))
-    groups = _alike(failing(run.results))
+    groups = _alike(findings.failing)
     for group in groups[:MOST_LINES]:
         _say(console, _failure(group))
     if len(groups) > MOST_LINES:
         _say(console, Text(f"  … and {len(groups) - MOST_LINES} more in the report", "dim"))
-    for result, answer, words in list(diagnosed(run.results))[:MOST_LINES]:
-        _say(console, Text(f"→ {one_line(result.scene.name)} × {answer.reference}: {words}"))
-    for result in convicted(run.results):
-        _conviction(console, result)
-    for silence in silent(run.results):
-        _silence(console, silence)
-    for gap in gaps(run.results)[:MOST_GAPS]:
+    for each in findings.diagnoses[:MOST_LINES]:
+        _say(console, Text(f"→ {one_line(each.scene)} × {each.reference}: {each.words}"))
+    for result in findings.contradicted:
+        _contradiction(console, result)
+    for unanswered in findings.unanswered:
+        _unanswered(console, unanswered)
+    for gap in findings.gaps[:MOST_GAPS]:
         _say(console, Text(f"– {gap.reference}: {gap_in_words(gap)}: {gap.reason}", "dim"))
-    for line in not_compared(run.results):
+    for line in findings.not_compared:
         _say(console, Text(f"Not compared: {line}"))
     _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
     for remark in run.remarks:
         _say(console, Text(one_line(remark)))
-    left = not_checked(run.results)
-    if left:
-        _say(console, Text(f"Not checked: {left}"))
+    if findings.not_checked:
+        _say(console, Text(f"Not checked: {findings.not_checked}"))
     style = "bold blue" if run.exit_status == 0 else "bold dark_orange"
     sign = ICONS["passed"] if run.exit_status == 0 else ICONS["failed"]
     _say(console, Text(f"{sign} {one_line(run.verdict.sentence, 1000)}", style))
@@ -87,21 +79,21 @@ def _table(run: Run) -> Table:
     for name in run.references:
         table.add_column(Text(one_line(name)), overflow="fold")
     table.add_column("least certain", justify="right")
-    for result in run.results:
-        cells = [_answer(answer) for answer in result.references]
-        table.add_row(Text(one_line(result.scene.name, 60)), *cells, _certain(result))
+    for scene in run.findings.scenes:
+        cells = [_answer(answer) for answer in scene.answers]
+        label = Text(one_line(scene.result.scene.name, 60))
+        table.add_row(label, *cells, _certain(scene))
     return table
 
 
-def _answer(answer: ReferenceResult) -> Text:
-    state = answer_state(answer)
-    words = answer_in_words(answer).split(",")[0]  # the share of certain pixels has its column
-    return Text(f"{ICONS[state]} {words}", _STYLES[state])
+def _answer(found: AnswerFindings) -> Text:
+    words = answer_in_words(found).split(",")[0]  # the share of certain pixels has its column
+    return Text(f"{ICONS[found.state]} {words}", _STYLES[found.state])
 
 
-def _certain(result: SceneResult) -> Text:
+def _certain(scene: SceneFindings) -> Text:
     """The least share of certain pixels over all that was compared."""
-    least = least_certain(checks_of([result]))
+    least = scene.least_certain
     return Text("–" if least is None else share(least.certain, least.pixels), "dim")
 
 
@@ -126,7 +118,7 @@ def _failure(cells: list[Cell]) -> Text:
     return Text.assemble((f"{icon(check)} {place}: ", style), detail)
 
 
-def _conviction(console: Console, result: SceneResult) -> None:
+def _contradiction(console: Console, result: SceneResult) -> None:
     """A scene on which exact arithmetic has another answer than minirt."""
     if result.judgement is not None:
         place = f"{ICONS['failed']} {one_line(result.scene.name)} × exact arithmetic: "
@@ -134,12 +126,12 @@ def _conviction(console: Console, result: SceneResult) -> None:
         _say(console, Text.assemble((place, _STYLES["failed"]), words))
 
 
-def _silence(console: Console, silence: Silence) -> None:
+def _unanswered(console: Console, group: Unanswered) -> None:
     """A reference that gave no answer: why, on which scenes, and its last lines of output."""
-    names = ", ".join(one_line(name, 60) for name in silence.scenes[:3])
-    more = f" and {len(silence.scenes) - 3} more" if len(silence.scenes) > 3 else ""
-    head = f"{ICONS[silence.state]} {silence.reference}: {silence.state}"
-    _say(console, Text.assemble((head, _STYLES[silence.state]), f" on {names}{more}"))
-    _say(console, Text(f"    {one_line(silence.reason)}"))
-    for line in [each for each in plain(silence.output).splitlines() if each.strip()][-3:]:
+    names = ", ".join(one_line(name, 60) for name in group.scenes[:3])
+    more = f" and {len(group.scenes) - 3} more" if len(group.scenes) > 3 else ""
+    head = f"{ICONS[group.state]} {group.reference}: {group.state}"
+    _say(console, Text.assemble((head, _STYLES[group.state]), f" on {names}{more}"))
+    _say(console, Text(f"    {one_line(group.reason)}"))
+    for line in [each for each in plain(group.output).splitlines() if each.strip()][-3:]:
         _say(console, Text(f"    │ {one_line(line)}", "dim"))

@@ -20,6 +20,7 @@ from reference.verify.run import reference_result
 from reference.verify.scene import compare_scene
 from reports.page.inspector.details import details_of
 from reports.page.thumbnails import frame_thumbnail
+from reports.results.findings import findings_of
 from reports.results.provenance import provenance
 from reports.results.record import Run
 from reports.results.verdict import decide
@@ -93,8 +94,9 @@ def run_of(
     """A run that was not written anywhere."""
     results = tuple(result_of(scene, references) for scene in scenes)
     names = tuple(reference.name for reference in references)
-    verdict = decide(results, names, required)
-    return Run(results, names, tuple(required), verdict, provenance(), 1.5, Path("report"))
+    findings = findings_of(results, names)
+    verdict = decide(findings, names, required)
+    return Run(findings, names, tuple(required), verdict, provenance(), 1.5, Path("report"))
 
 
 @cache

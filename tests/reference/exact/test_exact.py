@@ -28,7 +28,8 @@ from reference.exact.choice import SAMPLE
 from reference.exact.condition import ULP
 from reference.exact.pixel import exact_pixels, exact_ray
 from reference.exact.shapes import Answer, Ray, meet_polygon, meet_sphere, meet_triangle
-from reports.results.judgement import judgement_in_words, judgement_model
+from reports.results.record import judgement_model
+from reports.results.words import judgement_in_words
 
 SCREEN: dict[str, Any] = {
     "P0": [0, 0, 5], "u": [1, 0, 0], "v": [0, 1, 0], "n": [0, 0, 1], "nu": -1.0,

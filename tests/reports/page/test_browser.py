@@ -21,6 +21,7 @@ from reference.verify.rendering import render_to_file
 from reports.page.colors import BANDS, MASKS, NOTHING, RING, band_of, viridis
 from reports.page.pictures import picture_span
 from reports.page.report import report_html
+from reports.results.findings import findings_of
 from reports.results.record import Run
 from tests.helpers.browser import Tab, chromium, tab
 from tests.helpers.fake_references import (
@@ -49,7 +50,7 @@ def mixed_run() -> Run:
     runs = (failed, wicked, passed)
     return replace(
         failed,
-        results=tuple(result for run in runs for result in run.results),
+        findings=findings_of([result for run in runs for result in run.results]),
     )
 
 

@@ -10,7 +10,14 @@ import pytest
 
 from reference.compare.check import Check, State
 from reports.history.previous import Point, PreviousRun
-from reports.page.changes import News, arrow, previous_in_words, scene_news, trend_of
+from reports.page.changes import (
+    SceneChanges,
+    arrow,
+    changes_in_words,
+    run_changes,
+    scene_changes,
+    trend_of,
+)
 from reports.page.report import report_html
 from tests.helpers.fake_references import HOSTILE, OnePixel, small_scene
 from tests.helpers.report_runs import good_run, run_of
@@ -52,16 +59,16 @@ def test_an_arrow_says_worse_or_better(
 def test_scenes_that_came_went_and_changed_are_named() -> None:
     results = good_run().results
     ball, second = (result.scene for result in results)
-    assert scene_news(before(), results) == News((), (), (), ())
-    news = scene_news(before(scenes={"old name": ball.sha256, "second": "other"}), results)
-    assert news == News((), (), ("second",), (("old name", "ball"),))
-    news = scene_news(before(scenes={"gone": "x", "ball": ball.sha256}), results)
-    assert news == News(("second",), ("gone",), (), ())
+    assert scene_changes(before(), results) == SceneChanges((), (), (), ())
+    changes = scene_changes(before(scenes={"old name": ball.sha256, "second": "other"}), results)
+    assert changes == SceneChanges((), (), ("second",), (("old name", "ball"),))
+    changes = scene_changes(before(scenes={"gone": "x", "ball": ball.sha256}), results)
+    assert changes == SceneChanges(("second",), ("gone",), (), ())
     assert second.name == "second"
 
 
 def test_without_a_previous_run_nothing_is_said() -> None:
-    assert previous_in_words(before(last=None), good_run().results) == []
+    assert changes_in_words(run_changes(before(last=None), good_run().results)) == []
     for run in (good_run(), replace(good_run(), previous=before(last=None))):
         text = report_html(run)
         assert "Against the run" not in text
@@ -97,19 +104,19 @@ def test_the_page_shows_arrows_news_and_trends() -> None:
 
 
 def test_a_trend_without_earlier_runs_is_none() -> None:
-    assert trend_of(before(), good_run().results[0], None) is None
+    assert trend_of(before(), good_run().findings.scenes[0], None) is None
 
 
 def test_a_lasting_step_is_marked_as_a_change() -> None:
-    (result, *_) = good_run().results
-    sha = result.scene.sha256
+    (found, *_) = good_run().findings.scenes
+    scene = found.result.scene
     ratios = [0.9] * 4 + [0.0] * 4
     points = tuple(
-        Point(k, f"2026-11-{k:02}", f"{k:040x}", "passed", ratio, sha)
+        Point(k, f"2026-11-{k:02}", f"{k:040x}", "passed", ratio, scene.sha256)
         for k, ratio in enumerate(ratios, start=1)
     )
-    known = PreviousRun(LAST, {}, {}, {result.scene.name: points})
-    trend = trend_of(known, result, None)
+    known = PreviousRun(LAST, {}, {}, {scene.name: points})
+    trend = trend_of(known, found, None)
     assert trend is not None
     assert trend.words.endswith("; worst ratio 0.90× → <0.01× since commit 0000000000")
     assert trend.changed == pytest.approx(trend.dots[4][0])

@@ -19,7 +19,7 @@ from minirt.quantities import QUANTITIES, STAGES
 from reports.page.colors import RING
 from reports.page.matrix import CAUSAL
 from reports.page.report import report_html
-from reports.results.findings import counts, failing
+from reports.results.findings import findings_of
 from reports.results.record import Run
 from tests.helpers.fake_references import HOSTILE, CannotSay, Faulty, Honest, Partial, small_scene
 from tests.helpers.report_runs import NAMES, empty_run, good_run, run_of, troubled_run
@@ -157,7 +157,7 @@ def test_first_comes_the_verdict_then_the_counts(which: str, look: str, begins: 
     assert page.all("div", "verdict")[0].has(look)
     chips = [element.text for element in page.all("li")]
     run = {"good": good_run, "troubled": troubled_run, "empty": empty_run}[which]()
-    for state, n in counts(run.results).items():
+    for state, n in run.findings.checks.items():
         assert f"{n} {state}" in chips
 
 
@@ -188,7 +188,7 @@ def test_columns_follow_the_causal_order() -> None:
 
 def test_failing_cells_are_listed_first_and_link_to_their_pictures() -> None:
     page = page_of("troubled")
-    total = len(list(failing(troubled_run().results)))
+    total = len(troubled_run().findings.failing)
     links = [e.attributes["href"] for e in page.all("a")]
     assert sum(cell.has("failed") or cell.has("follows") for cell in cells("troubled")) == total
     assert links.count("#scene-2-ball-shadow") == 2 * 2
@@ -321,7 +321,8 @@ def contrast(one: str, other: str) -> float:
 
 def test_failed_scenes_come_before_passed_ones() -> None:
     good, bad = good_run().results, run_of([small_scene("bad")], [Faulty()]).results
-    run: Run = replace(good_run(), results=(*good, *bad), references=("honest", "faulty"))
+    findings = findings_of([*good, *bad])
+    run: Run = replace(good_run(), findings=findings, references=("honest", "faulty"))
     page = Page()
     page.feed(report_html(run))
     assert [e.text.split()[1] for e in page.all("h3", "title")] == ["bad", "ball", "second"]

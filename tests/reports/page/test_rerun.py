@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import minirt
 from reports.page.rerun import ready_test, rerun_command, source_of
+from reports.results.findings import findings_of
 from reports.results.record import Run
 from tests.helpers.fake_references import small_scene
 from tests.helpers.report_runs import good_run
@@ -29,7 +30,7 @@ def test_a_scene_from_a_file_is_found_in_the_command_line() -> None:
     run = run_by("minirt gate scenes/ball.json second.json --python tracer:render")
     assert source_of(run, small_scene()) == "scenes/ball.json"
     assert source_of(run, small_scene("unknown")) == "SCENE.json"
-    alone = replace(run_by("minirt gate x.json"), results=run.results[:1])
+    alone = replace(run_by("minirt gate x.json"), findings=findings_of(run.results[:1]))
     assert source_of(alone, small_scene()) == "x.json"
 
 

@@ -18,13 +18,14 @@ from reference.verify.options import Options
 from reference.verify.results import SceneResult
 from reference.verify.scene import compare_scene
 from reports.page.report import report_html
-from reports.results.findings import scene_state
-from reports.results.judgement import judgement_in_words
+from reports.results.cells import scene_state
+from reports.results.findings import findings_of
 from reports.results.junit import junit_xml
 from reports.results.provenance import provenance
 from reports.results.record import Run, results_json
 from reports.results.summary import summary_markdown
 from reports.results.verdict import decide
+from reports.results.words import judgement_in_words
 from reports.terminal.results import print_run
 from tests.helpers.fake_references import Honest, small_scene
 from tests.helpers.report_runs import result_of
@@ -45,9 +46,9 @@ def result(wrong: bool) -> SceneResult:
 
 @cache
 def run(wrong: bool) -> Run:
-    results = (result(wrong),)
-    verdict = decide(results, ["honest"], ["honest"])
-    return Run(results, ("honest",), ("honest",), verdict, provenance(), 1.0, Path("report"))
+    findings = findings_of([result(wrong)], ["honest"])
+    verdict = decide(findings, ["honest"], ["honest"])
+    return Run(findings, ("honest",), ("honest",), verdict, provenance(), 1.0, Path("report"))
 
 
 def terminal(of: Run) -> str:
@@ -60,7 +61,7 @@ def terminal(of: Run) -> str:
 def test_a_conviction_fails_a_run_that_every_reference_passes() -> None:
     assert scene_state(result(True)) == "failed"
     assert run(True).exit_status == 1
-    assert "exact arithmetic convicts minirt on 1 of 1 scene" in run(True).verdict.sentence
+    assert "exact arithmetic contradicts minirt on 1 of 1 scene" in run(True).verdict.sentence
     assert scene_state(result(False)) == "passed"
     assert run(False).exit_status == 0
     assert "exact arithmetic confirms" in run(False).verdict.sentence
@@ -72,15 +73,15 @@ def test_every_report_says_where() -> None:
     (opinion,) = judgement.convictions
     place = f"t at ({opinion.column}, {opinion.row}): ours {opinion.ours[0]:.9g}"
     for text in (terminal(run(True)), report_html(run(True)), junit_xml(run(True))):
-        assert "convicts minirt" in text
+        assert "contradicts minirt" in text
         assert place in text
     assert "Against exact arithmetic" in summary_markdown(run(True))
-    assert "convicts minirt" in summary_markdown(run(True))
+    assert "contradicts minirt" in summary_markdown(run(True))
 
 
 def test_no_report_speaks_of_convictions_where_there_are_none() -> None:
     for text in (terminal(run(False)), junit_xml(run(False)), summary_markdown(run(False))):
-        assert "convicts" not in text
+        assert "contradicts" not in text
     assert "The judge confirms minirt" in report_html(run(False))
 
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 import pytest
 from junitparser import JUnitXml, TestCase
 
-from reports.results.findings import counts
 from reports.results.junit import junit_xml
 from reports.results.record import Run
 from reports.results.verdict import decide
@@ -45,7 +44,7 @@ def test_a_references_time_is_shared_out_among_its_cases() -> None:
 
 def test_states_become_failures_skips_and_errors() -> None:
     run = troubled_run()
-    by_state = counts(run.results)
+    by_state = run.findings.checks
     troubles = 1
     assert Counter(map(outcome, cases(run))) == {
         "Passed": by_state["passed"],
@@ -88,6 +87,6 @@ def test_what_keeps_a_run_from_being_complete_is_an_error(make_run: Callable[[],
 
 def test_required_but_not_chosen_is_an_error() -> None:
     run = good_run()
-    verdict = decide(run.results, run.references, ["elsewhere"])
+    verdict = decide(run.findings, run.references, ["elsewhere"])
     last = cases(replace(run, verdict=verdict))[-1]
     assert last.result[0].message == "elsewhere is required and was not chosen"

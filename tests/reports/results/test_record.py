@@ -12,6 +12,7 @@ import pytest
 from reference.compare.check import Check, WorstPixel
 from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify.results import ReferenceResult, SceneResult
+from reports.results.findings import findings_of
 from reports.results.record import Run, results_document, results_json
 from reports.results.schema import results_schema
 from reports.results.words import STATES
@@ -113,8 +114,8 @@ def test_numbers_that_json_does_not_have_are_strings() -> None:
     )
     known = good_run()
     run = Run(
-        (SceneResult(small_scene(), answers),), ("r",), (), known.verdict, known.provenance, 1.0,
-        known.folder,
+        findings_of([SceneResult(small_scene(), answers)], ["r"]), ("r",), (), known.verdict,
+        known.provenance, 1.0, known.folder,
     )  # fmt: skip
     document = strictly(results_json(run))
     jsonschema.validate(document, results_schema(), jsonschema.Draft202012Validator)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from reports.results.findings import failing
+from reports.results.findings import findings_of
 from reports.results.summary import MOST_ROWS, escaped, summary_markdown
 from tests.helpers.fake_references import HOSTILE, CannotSay, Faulty, Partial, small_scene
 from tests.helpers.report_runs import empty_run, good_run, run_of, troubled_run
@@ -62,8 +62,8 @@ def test_hostile_text_stays_text() -> None:
 
 def test_long_lists_are_cut_and_say_so() -> None:
     run = run_of([small_scene(f"s{k}") for k in range(2)], [Faulty()])
-    many = replace(run, results=run.results * 10)
-    total = len(list(failing(many.results)))
+    many = replace(run, findings=findings_of(run.results * 10))
+    total = len(many.findings.failing)
     assert total > MOST_ROWS
     text = summary_markdown(many)
     assert f"… and {total - MOST_ROWS} more." in text

@@ -9,7 +9,7 @@ import pytest
 from reference.compare.check import Check, State
 from reference.verify.results import ReferenceResult, SceneResult
 from reports.results.cells import first_wrong_stage
-from reports.results.findings import counts, scene_counts, silent
+from reports.results.findings import findings_of
 from reports.results.verdict import Verdict, decide
 from tests.helpers.fake_references import small_scene
 from tests.helpers.report_runs import good_run, troubled_run
@@ -26,7 +26,7 @@ def verdict(
         for scene in scenes
     ]
     names = list(chosen) or list(scenes[0] if scenes else [])
-    return decide(results, names, required)
+    return decide(findings_of(results, names), names, required)
 
 
 def answer(name: str, state: State) -> ReferenceResult:
@@ -106,16 +106,16 @@ def test_first_wrong_stage_is_the_earliest_in_causal_order() -> None:
 
 
 def test_counts_cover_every_check_and_every_scene() -> None:
-    run = troubled_run()
-    by_state = counts(run.results)
+    findings = troubled_run().findings
+    by_state = findings.checks
     assert sum(by_state.values()) == 2 * 9 * 20
     assert {state for state, n in by_state.items() if not n} == {"known"}  # there is no baseline
-    assert scene_counts(run.results)["failed"] == 2
-    assert counts(good_run().results)["passed"] == 2 * 20
+    assert findings.scene_states["failed"] == 2
+    assert good_run().findings.checks["passed"] == 2 * 20
 
 
 def test_references_without_an_answer_are_grouped_by_reason() -> None:
-    groups = {group.reference: group for group in silent(troubled_run().results)}
+    groups = {group.reference: group for group in troubled_run().findings.unanswered}
     assert set(groups) == {"missing", "aborting", "hanging"}
     assert len(groups["aborting"].scenes) == 2
     assert "LLVM ERROR" in groups["aborting"].output

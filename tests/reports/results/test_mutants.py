@@ -13,7 +13,7 @@ from minirt.errors import InputError
 from minirt.quantities import STAGES
 from reports.cli.main import run
 from reports.page.report import report_html
-from reports.results.mutant_matrix import read_mutant_matrix
+from reports.results.mutants import read_mutant_matrix
 from reports.results.record import results_document
 from tests.helpers.fake_references import small_scene
 from tests.helpers.places import HELPERS
