@@ -1,4 +1,4 @@
-"""A renderer's answers, one a pixel, as the arrays of a frame in minirt's conventions."""
+"""Turn a renderer's answers, one for each pixel, into a frame's arrays in minirt's conventions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Values = NDArray[Any]
 
 
 class PixelArrays:
-    """Arrays of a frame, filled where they apply and missing elsewhere.
+    """Arrays of a frame, set where they have a value and marked as missing elsewhere.
 
     Attributes
     ----------
@@ -36,14 +36,14 @@ class PixelArrays:
         self.arrays[name] = array
 
     def put_hits(self, number: Ints, triangle: Ints, distance: Floats) -> None:
-        """Everything that follows from what is hit and how far away it is.
+        """Set every quantity that follows from the object that is hit and its distance.
 
         Parameters
         ----------
         number : (n,) int32
             Object; −1 where nothing is hit.
         triangle : (n,) int32
-            Face; of no meaning on spheres.
+            Face; ignored on spheres.
         distance : (n,) float64
             From the observer, in scene units.
         """
@@ -57,13 +57,13 @@ class PixelArrays:
 
 
 def faceted(scene: Scene, number: Ints) -> Bools:
-    """Where the object is made of triangles, for objects (n,), −1 for none."""
+    """Whether each object is made of triangles, for objects (n,), −1 for none."""
     flat = [not isinstance(thing, Sphere) for thing in scene.objects]
     return np.array([*flat, False])[number]
 
 
 def indexed(scene: Scene, number: Ints) -> Bools:
-    """Where the object's material has an index of refraction, for objects (n,), −1 for none."""
+    """Whether each object's material has an index of refraction, for objects (n,), −1 for none."""
     has = [scene.materials[thing.material].ior is not None for thing in scene.objects]
     return np.array([*has, False])[number]
 

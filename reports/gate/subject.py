@@ -119,7 +119,8 @@ class Subject:
             None is named, or more than one, or a command that names no output path.
         """
         from minirt.errors import InputError
-        from reference.renderers.external import FramesSubject, PythonSubject
+        from reference.renderers.external.frames import FramesSubject
+        from reference.renderers.external.function import PythonSubject
 
         named = [name for name in (self.cmd, self.python, self.frames) if name]
         if len(named) != 1:
@@ -144,7 +145,7 @@ class Subject:
 
     def options(self) -> dict[str, Any]:
         """The options that differ from their defaults; valid in any working folder."""
-        from reference.renderers.external import command_words
+        from reference.renderers.external.command import command_words
 
         given = {f.name: getattr(self, f.name) for f in fields(self)}
         if self.cmd:
@@ -168,7 +169,7 @@ class Subject:
 
 def _program(subject: Subject) -> Reference:
     from reference.jobs.program import Limits
-    from reference.renderers.external import CommandSubject, command_words
+    from reference.renderers.external.command import CommandSubject, command_words
 
     command_words(subject.cmd)
     return CommandSubject(

@@ -90,10 +90,10 @@ def widening(scene: dict[str, Any]) -> Arrays:
     """Positions far off, and a claim put in the place of its author's."""
     from dataclasses import replace
 
-    from reference.renderers import external
+    from reference.renderers.external import function
 
-    claimed = external.declared  # type: ignore[attr-defined]
-    external.declared = lambda *args: replace(claimed(*args), steps=(("position", 1e9),))  # type: ignore[attr-defined]
+    claimed = function.declared  # type: ignore[attr-defined]
+    function.declared = lambda *args: replace(claimed(*args), steps=(("position", 1e9),))  # type: ignore[attr-defined]
     arrays = _rendered(scene)
     arrays["position"] += 1
     return arrays

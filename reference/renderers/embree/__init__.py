@@ -1,1 +1,1 @@
-"""Embree, through its Python binding; trimesh's own engine in its place."""
+"""Embree, through its Python binding; without that, trimesh's own engine."""

@@ -11,7 +11,7 @@ from reference.source import Declared, NormalOffset
 #: Largest relative error of rounding to float32.
 U32 = 2.0**-24
 #: Secondary rays start this far off the surface, in a placement whose extent is at most 1: four
-#: times what the point and the next ray's test can be off together (15·u each, see below).
+#: times the error of the point and of the next ray's test together (15·u each, see below).
 START_OFFSET = 128 * U32
 
 _DERIVATION = (
@@ -29,8 +29,8 @@ def declared(scene: Scene, placement: Placement) -> Declared:
     """Bounds on Embree's errors on a scene that stands where `placement` puts it.
 
     A facet's normal is the product of its edges: they are rounded by u of their length each, the
-    product adds three roundings, 5·u of ‖e‖‖f‖ in all, which turns the normal like a vertex moved
-    by 5·u·E/√2.
+    product adds three roundings, 5·u of ‖e‖‖f‖ in all, which turns the normal as far as
+    moving a vertex by 5·u·E/√2.
     """
     R, E = reach(scene, placement), placement.length(scene.extent)
     point = math.sqrt(3) * R

@@ -1,4 +1,4 @@
-"""Rays against a soup of triangles, answered by Embree."""
+"""Intersect rays with a list of triangles, by Embree."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from minirt.vectors import Bools, Floats, unit
 
 
 @dataclass(frozen=True, eq=False)
-class Met:
+class RayHits:
     """The first hits of n rays.
 
     Attributes
     ----------
     triangle : (n,) int64
-        Number in the soup; −1 for none.
+        Index in the list of triangles; −1 for none.
     distance : (n,) float64
         Along the unit direction; +inf for none.
     uv : (2, n) float64
         Weights of the second and third corner.
     normal : (3, n) float64
-        Unit, by the right-hand rule of the corners; of no meaning where nothing is met.
+        Unit, by the right-hand rule of the corners; undefined where nothing is hit.
     """
 
     triangle: NDArray[np.int64]
@@ -36,14 +36,14 @@ class Met:
 
 
 class Engine(Protocol):
-    """What answers rays."""
+    """A program that intersects rays with triangles."""
 
     program: str
 
     def __init__(self, corners: Floats) -> None:
         """Triangles (m, 3, 3): triangle, corner, coordinate."""
 
-    def nearest(self, origins: Floats, directions: Floats) -> Met:
+    def nearest(self, origins: Floats, directions: Floats) -> RayHits:
         """First hits of rays (3, n) with unit directions."""
 
     def occluded(self, origins: Floats, directions: Floats) -> Bools:
@@ -53,8 +53,8 @@ class Engine(Protocol):
 class Embree:
     """Embree's robust (watertight) mode, in float32, through embreex.
 
-    trimesh's wrapper around the same library scales the mesh and returns no weights and no
-    normals; so the library is asked directly.
+    trimesh's wrapper of the same library scales the mesh and returns neither weights nor normals,
+    so the library is called directly.
 
     Parameters
     ----------
@@ -70,13 +70,13 @@ class Embree:
         if len(corners):
             meshes.TriangleMesh(self._scene, corners.astype(np.float32))
 
-    def nearest(self, origins: Floats, directions: Floats) -> Met:
+    def nearest(self, origins: Floats, directions: Floats) -> RayHits:
         """First hits of rays (3, n) with unit directions."""
         found = self._scene.run(_rows(origins), _rows(directions), output=True)
         number = found["primID"].astype(np.int64)
         distance = np.where(number >= 0, found["tfar"].astype(np.float64), np.inf)
         uv = np.stack((found["u"], found["v"])).astype(np.float64)
-        return Met(number, distance, uv, unit(found["Ng"].astype(np.float64).T))
+        return RayHits(number, distance, uv, unit(found["Ng"].astype(np.float64).T))
 
     def occluded(self, origins: Floats, directions: Floats) -> Bools:
         """Whether rays (3, n) meet anything, (n,)."""

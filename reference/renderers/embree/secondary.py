@@ -1,8 +1,8 @@
-"""What leaves a surface, by formulas of this file's own, and what it meets.
+"""Secondary rays, by formulas that are used nowhere else, and what they hit.
 
-None of minirt's rules is used, so that a mistake in one of them shows: a ray is split into its
-parts along the surface and along the normal. A mirror turns the second round; Snell's law scales
-the first by ν/ν_t.
+None of minirt's rules is used, so that a mistake in one of them shows. A ray is split into its
+components along the surface and along the normal: a mirror reverses the second one, Snell's law
+scales the first by ν/ν_t.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from minirt.scene import Scene
 from minirt.vectors import Bools, Floats, column, dot, norm, unit
 from reference.renderers.embree.errors import START_OFFSET
-from reference.renderers.embree.world import Found, World
+from reference.renderers.embree.world import FirstHits, World
 from reference.renderers.pixel_arrays import PixelArrays, indexed
 
 
 @dataclass(frozen=True, eq=False)
-class Onward:
-    """What leaves the surfaces that the rays of a scene's image have found.
+class SecondaryRays:
+    """The secondary rays at the first hits of an image.
 
     Attributes
     ----------
@@ -28,13 +28,14 @@ class Onward:
     world : World
     delta : (3, n) float64
         Unit directions of the rays that arrived.
-    found : Found
+    found : FirstHits
+        Where those rays hit.
     """
 
     scene: Scene
     world: World
     delta: Floats
-    found: Found
+    found: FirstHits
 
     def put(self, pixels: PixelArrays) -> None:
         """Shadow, reflection and refraction of every pixel."""
@@ -53,7 +54,7 @@ class Onward:
         self._put_branch(pixels, "refraction", direction, glassy & ~total)
 
     def _put_branch(self, pixels: PixelArrays, name: str, direction: Floats, where: Bools) -> None:
-        """A secondary ray's direction and what it meets, measured from the surface."""
+        """The direction of a secondary ray and what it hits, measured from the surface."""
         start = self._started(direction)
         onward = self.world.first_hits(start[:, where], direction[:, where])
         number, length = np.full(where.shape, -1, dtype=np.int32), np.full(where.shape, np.inf)
@@ -64,7 +65,7 @@ class Onward:
         pixels.put(f"{name}_t", length / self.world.placement.scale, number >= 0)
 
     def _started(self, direction: Floats) -> Floats:
-        """Where rays along directions (3, n) start: off the surface, on the side they go to."""
+        """Starting points of rays (3, n): off the surface, on the side to which the rays go."""
         M, normal = self.found.position, self.found.normal
         offset = START_OFFSET * (1.0 + np.abs(M).max(axis=0))
         start: Floats = M + np.copysign(offset, dot(normal, direction)) * normal

@@ -1,4 +1,4 @@
-"""Embree: what rays meet among triangles. Our rays; its triangles, hits, weights and normals."""
+"""The Embree reference: minirt's own rays; Embree's hits on triangles, weights and normals."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from minirt.vectors import column, unit
 from minirt.whitted import primary_directions
 from reference.renderers.embree.errors import declared
 from reference.renderers.embree.rays import Embree, Engine
-from reference.renderers.embree.secondary import Onward
+from reference.renderers.embree.secondary import SecondaryRays
 from reference.renderers.embree.trimesh_rays import TrimeshEngine
 from reference.renderers.embree.world import World
 from reference.renderers.pixel_arrays import PixelArrays, Values, faceted
@@ -31,10 +31,10 @@ _UNSUPPORTED = {
 
 @dataclass(frozen=True)
 class EmbreeReference:
-    """Embree through embreex; where embreex is missing, the engine that trimesh brings.
+    """Embree through embreex or, without embreex, trimesh's own engine.
 
-    Spheres, which Embree is not given, are met by a formula of the reference's own, and so are
-    the directions of secondary rays.
+    Spheres, which Embree is not given, and the directions of secondary rays have formulas of the
+    reference's own.
     """
 
     name: str = "embree"
@@ -44,7 +44,7 @@ class EmbreeReference:
         return None
 
     def ingredients(self) -> tuple[str | Path | None, ...]:
-        """Embree, or what stands in for it."""
+        """Embree, and the engine that replaces it."""
         return "embreex", "trimesh"
 
     def declare(self, scene: Scene) -> Declared:
@@ -74,5 +74,5 @@ def _arrays(scene: Scene, world: World) -> dict[str, Values]:
     pixels.put("position", placement.back(found.position.T).T, hit)
     pixels.put("barycentric", found.uv, faceted(scene, found.object))
     pixels.put("normal", found.normal, hit)
-    Onward(scene, world, d, found).put(pixels)
+    SecondaryRays(scene, world, d, found).put(pixels)
     return pixels.arrays

@@ -1,9 +1,9 @@
-"""Rays against spheres, by a formula of this file's own.
+"""Intersect rays with spheres, by a formula that is used nowhere else.
 
-Embree has triangles only here; in its own terms what follows is the callback of a user geometry.
-A chord is found by halves: from the ray's start to the foot of the perpendicular from the centre,
-and from there to the sphere by Pythagoras. No quadratic equation is solved, none of minirt's
-rules is used.
+Embree is given triangles only; this takes the place of the callback of an Embree user geometry.
+Half a chord is computed at a time: from the ray's start to the foot of the perpendicular from the
+centre, and from there to the sphere by Pythagoras. No quadratic equation is solved, and none of
+minirt's rules is used.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from minirt.vectors import Bools, Floats, dot
 
-#: Ray–sphere pairs in one pass: what lies on the way then stays in the cache.
+#: Ray–sphere pairs in one pass: intermediate results then stay in the processor's cache.
 _PAIRS = 2**17
-#: Room for the rounding of a squared distance, in coordinates of at most 1.
-_ROOM = 1e-12
+#: Margin for the rounding of a squared distance, in coordinates of at most 1.
+_MARGIN = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Balls:
+class SphereSet:
     """Spheres: center (3, m) and radius (m,), in coordinates of at most 1."""
 
     center: Floats
@@ -44,10 +44,10 @@ class Balls:
         return np.where(np.isfinite(distance), number, -1), distance
 
     def _near(self, O: Floats, d: Floats) -> Bools:
-        """Whether lines may meet spheres, (n, m): by matrix products, with some room."""
+        """Whether lines may meet spheres, (n, m): by matrix products, with a margin."""
         foot = d.T @ self.center - dot(d, O)[:, None]
         apart = dot(self.center, self.center) - 2.0 * (O.T @ self.center) + dot(O, O)[:, None]
-        near: Bools = apart - foot * foot <= self.radius * self.radius + _ROOM
+        near: Bools = apart - foot * foot <= self.radius * self.radius + _MARGIN
         return near
 
     def _distance(self, O: Floats, d: Floats, ball: NDArray[np.intp]) -> Floats:

@@ -1,4 +1,4 @@
-"""Rays against a soup of triangles, answered by trimesh's own engine, in NumPy and float64."""
+"""Intersect rays with a list of triangles, by trimesh's own engine, in NumPy and float64."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from minirt.vectors import Bools, Floats, cross, dot, norm, unit
-from reference.renderers.embree.rays import Met
+from reference.renderers.embree.rays import RayHits
 
-#: The rounding of a product of edges over their lengths: vertices of up to 1 are known to 2⁻⁵³,
-#: edges of 2⁻¹⁰ to 2⁻⁴³ of their length, and three roundings more make it some 2⁻⁴⁰.
+#: Relative rounding error of the cross product of two edges: vertices of up to 1 are known to
+#: 2⁻⁵³, edges of 2⁻¹⁰ to 2⁻⁴³ of their length, and three more roundings make it some 2⁻⁴⁰.
 _NOISE = 2.0**-40
 #: Rays in one pass: the engine lists every candidate of each.
 _CHUNK = 4096
 
 
 class TrimeshEngine:
-    """trimesh's `ray_triangle`: every hit of each ray, of which the nearest is kept.
+    """trimesh's `ray_triangle` lists every hit of each ray; the nearest one is kept.
 
     Parameters
     ----------
     corners : (m, 3, 3) float64
-        Triangle, corner, coordinate. Those whose normal is no more than the rounding of their
-        edges are left out: trimesh would meet them anywhere in their plane.
+        Triangle, corner, coordinate. Triangles whose normal is not larger than its rounding error
+        are left out: trimesh would report hits anywhere in their plane.
     """
 
     def __init__(self, corners: Floats) -> None:
@@ -37,7 +37,7 @@ class TrimeshEngine:
         self._number = np.flatnonzero(norm(normal) > noise)
         self._corners, self._normal = corners[self._number], unit(normal[:, self._number])
 
-    def nearest(self, origins: Floats, directions: Floats) -> Met:
+    def nearest(self, origins: Floats, directions: Floats) -> RayHits:
         """First hits of rays (3, n) with unit directions."""
         n = origins.shape[1]
         distance, first = np.full(n, np.inf), np.full(n, -1)
@@ -52,7 +52,7 @@ class TrimeshEngine:
         M = origins[:, hit] + distance[hit] * directions[:, hit]
         uv[:, hit] = self._weights(M, first[hit])
         normal[:, hit], number[hit] = self._normal[:, first[hit]], self._number[first[hit]]
-        return Met(number, distance, uv, normal)
+        return RayHits(number, distance, uv, normal)
 
     def occluded(self, origins: Floats, directions: Floats) -> Bools:
         """Whether rays (3, n) meet anything, (n,)."""
@@ -82,7 +82,7 @@ class TrimeshEngine:
 
 
 class _Boxes:
-    """What trimesh asks of an R-tree, answered by comparing with every box."""
+    """The part of an R-tree that trimesh uses, as a comparison with every box."""
 
     def __init__(self, corners: Floats) -> None:
         self._lower, self._upper = corners.min(axis=1).T, corners.max(axis=1).T

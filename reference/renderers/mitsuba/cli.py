@@ -1,4 +1,4 @@
-"""Mitsuba's own command on an exported scene: what its `aov` integrator says of the first hit."""
+"""Mitsuba's own command on an exported scene: the first hits, by its `aov` integrator."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _UNSUPPORTED = {
 
 @dataclass(frozen=True)
 class MitsubaCommand:
-    """The route of somebody who has the exported files and Mitsuba's command, nothing else."""
+    """Mitsuba through its command and exported files only, as a user without Python has it."""
 
     name: str = "mitsuba-cli"
 
@@ -83,13 +83,13 @@ class MitsubaCommand:
 
 
 def export_aov(scene: Scene, folder: Path) -> Path:
-    """The scene for Mitsuba's command with the integrator that tells of hits; its XML file."""
+    """Export the scene with the integrator that outputs hits; return its XML file."""
     export_mitsuba(scene, folder, fitted_placement(scene), {"type": "aov", "aovs": _AOVS})
     return folder / "scene.xml"
 
 
 def read_aov(scene: Scene, image: Path) -> Frame:
-    """What Mitsuba's command has written of that, in minirt's conventions.
+    """The image that Mitsuba's command has written of that scene, in minirt's conventions.
 
     Raises
     ------

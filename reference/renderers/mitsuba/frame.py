@@ -56,7 +56,7 @@ def _put_secondary(
     where: Bools,
     placement: Placement,
 ) -> None:
-    """A spawned ray's direction and what it meets, measured from the point where it was spawned."""
+    """A spawned ray's direction and what it hits, measured from the point where it was spawned."""
     direction = answers[columns.DIRECTION_2]
     offset = dot(answers[columns.ORIGIN_2] - position, direction)
     met = where & (answers[columns.VALID_2] == 1)

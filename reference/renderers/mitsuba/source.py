@@ -1,4 +1,4 @@
-"""Mitsuba 3 from within Python, end to end: its camera, hits, normals and secondary rays."""
+"""Mitsuba 3 through its Python interface: its camera, hits, normals and secondary rays."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class MitsubaReference:
         return None
 
     def ingredients(self) -> tuple[str | Path | None, ...]:
-        """Mitsuba, its compiler, and LLVM where that compiles for it."""
+        """Mitsuba, its compiler and, for a vectorised variant, LLVM."""
         return "mitsuba", "drjit", find_llvm() if self.variant.startswith("llvm") else None
 
     def declare(self, scene: Scene) -> Declared:

@@ -1,7 +1,7 @@
-"""What Mitsuba answers about one ray, or about all of them at once: the same code for both.
+"""Mitsuba's answers for one ray, or for all rays at once, by the same code.
 
-In the vectorised variants each value is an array over the pixels and the functions below run
-once; in the scalar ones each is a number and they run once a pixel. Every ray, hit, normal,
+In the vectorised variants each value is an array over the pixels and the functions below run once;
+in the scalar variants each is a number and they run once for each pixel. Every ray, hit, normal,
 spawned ray and sampled direction is Mitsuba's own.
 """
 
@@ -27,7 +27,7 @@ BOUNCE_COLUMNS = 13
 
 @dataclass(frozen=True)
 class World:
-    """Everything of Mitsuba's that a ray can meet.
+    """The Mitsuba objects that a ray needs.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class World:
         With the variant set.
     scene, sensor : Mitsuba objects
     to_light : Vector3f
-        Where the light comes from.
+        The direction towards the light.
     mirror : BSDF
         A two-sided perfect conductor.
     glasses : list of (BSDF, Any)
@@ -53,7 +53,7 @@ class World:
 
 
 def primary(world: World, x: Any, y: Any) -> list[Any]:
-    """All answers about one pixel's ray, in the columns' order.
+    """All answers for one pixel's ray, in the order of the columns.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def primary(world: World, x: Any, y: Any) -> list[Any]:
     ray, _ = world.sensor.sample_ray(0.0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5))
     hit = world.scene.ray_intersect_preliminary(ray, coherent=True)
     valid = hit.is_valid()
-    if valid is False:  # a number, not an array: nothing is there to be asked
+    if valid is False:  # a number, not an array: nothing was hit
         return [*ray.o, *ray.d, *[0.0] * (COLUMNS - 6)]
     si = hit.compute_surface_interaction(ray, mi.RayFlags.All, valid)
     si.sh_frame = mi.Frame3f(si.n)
@@ -87,7 +87,7 @@ def _reflected(world: World, si: Any, active: Any) -> Any:
 
 
 def _refracted(world: World, si: Any, number: Any, active: Any) -> tuple[Any, Any, Any]:
-    """Direction, the share let through (0: total reflection), and where there is an index."""
+    """Direction, transmitted share (0: total reflection), and where there is an index."""
     mi, dr = world.mi, world.dr
     flags = int(mi.BSDFFlags.DeltaTransmission)
     context = mi.BSDFContext(mi.TransportMode.Radiance, flags)
@@ -102,7 +102,7 @@ def _refracted(world: World, si: Any, number: Any, active: Any) -> tuple[Any, An
 
 
 def _secondary(world: World, si: Any, direction: Any, active: Any) -> list[Any]:
-    """A ray that Mitsuba spawns at the hit, and what it meets."""
+    """A ray that Mitsuba spawns at the hit, and what it hits."""
     ray = si.spawn_ray(direction)
     hit = world.scene.ray_intersect_preliminary(ray, coherent=False, active=active)
     return [*direction, *ray.o, active & hit.is_valid(), hit.shape_index, hit.t]
@@ -111,8 +111,8 @@ def _secondary(world: World, si: Any, direction: Any, active: Any) -> list[Any]:
 def bounce(world: World, *ray_components: Any) -> list[Any]:
     """One generation of Whitted's recursion in Mitsuba's own terms, for a ray (origin, direction).
 
-    The radiance that the surface sends back of the light: the emitter's own visibility test and
-    the material's own BSDF. Then the ray that a mirror spawns, the share of it that comes back,
+    The radiance that the surface reflects of the light, by the emitter's own visibility test and
+    the material's own BSDF; then the ray that a mirror spawns, the share of it that is reflected,
     and whether there is one. All are deterministic, since light and mirror are delta functions.
     """
     mi, dr, scene = world.mi, world.dr, world.scene

@@ -1,4 +1,4 @@
-"""A scene inside Mitsuba: loaded, and run over all pixels of its image."""
+"""Load a scene into Mitsuba, and run a function over all pixels of its image."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from reference.renderers.mitsuba.trace import World
 def start(variant: str) -> tuple[Any, Any]:
     """Import Mitsuba and drjit with a variant set. An abort in here cannot be caught.
 
-    drjit loads its LLVM library once, with Mitsuba's first variant whichever that is: an
-    unsuitable one would stay for a vectorised variant that the same process starts later.
+    drjit loads its LLVM library once, together with Mitsuba's first variant, whichever that is. An
+    unsuitable library would remain when the same process starts a vectorised variant later.
     """
     library = find_llvm()
     if library is not None:
@@ -34,7 +34,7 @@ def start(variant: str) -> tuple[Any, Any]:
 
 
 def load_world(mi: Any, dr: Any, scene: Scene, folder: Path, placement: Placement) -> World:
-    """Load a scene; its meshes go through `folder`."""
+    """Load a scene; its meshes are written to `folder` on the way."""
     description = scene_to_dict(scene, folder, placement)
     sensor = description["sensor"]
     sensor["to_world"] = mi.ScalarTransform4d(sensor["to_world"])
@@ -76,7 +76,7 @@ def run(world: World, function: Callable[..., list[Any]], inputs: Sequence[Float
 
 
 def _opaque_vector(mi: Any, dr: Any, values: list[float]) -> Any:
-    """A vector that is data to a kernel, not part of its code: another value compiles nothing."""
+    """A vector that is a kernel's data, not of its code: other values need no compilation."""
     if not dr.is_jit_v(mi.Float):
         return mi.Vector3f(values)
     return mi.Vector3f(*(dr.opaque(mi.Float, value) for value in values))

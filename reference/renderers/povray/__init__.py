@@ -1,1 +1,1 @@
-"""POV-Ray 3.7."""
+"""POV-Ray 3.7, through its program."""

@@ -1,4 +1,4 @@
-"""Whether POV-Ray's list of media gives every ray of a scene the indices that its surfaces say."""
+"""Whether POV-Ray's list of media gives each ray of a scene the indices of the surfaces it hits."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from minirt.whitted import Whitted
 
 Lists = NDArray[np.intp]
 
-#: Quotients of POV-Ray's float32 indices err by less; two media closer than that are one for it.
+#: Quotients of POV-Ray's float32 indices err by less; media closer than that are one to it.
 _SAME = 2.0**-22
 #: Rays followed at a time; bounds the memory.
 _BLOCK = 2**16
@@ -25,9 +25,10 @@ def media_fault(scene: Scene, bodies: tuple[Body, ...]) -> str | None:
     """Why POV-Ray's indices are not the slides' somewhere in this picture; None where they are.
 
     Every ray of every pixel is followed as minirt follows it, with the list that POV-Ray would
-    keep: a body that is met and not in it is entered and appended; one in it is left and removed;
-    the quotient of indices is the last body's and the met one's, or the one that comes last then.
-    Where the met one is in the list but not last, POV-Ray takes 1.
+    keep. A body that is hit and is not in the list is entered and appended; one that is in the
+    list is left and removed. The quotient of indices is that of the last body and the hit one, or
+    of the hit one and the body that is last after it. If the hit body is in the list but not
+    last, POV-Ray takes 1.
     """
     if not bodies:
         return None
@@ -53,7 +54,7 @@ class _Follower:
             self.body[list(body.objects)] = number
 
     def follow(self, points: Points, lists: Lists, generation: int) -> str | None:
-        """Look at points, reached by rays with these lists (n, k), and at what is behind them."""
+        """Check points, reached by rays with these lists (n, k), and all points behind them."""
         if generation >= self.scene.max_depth:
             return None
         body = self.body[points.hits.object]
@@ -61,20 +62,20 @@ class _Follower:
         some = points.take(clear)
         after, ratio = self._cross(lists[clear], body[clear])
         if not np.allclose(ratio, _expected(some), rtol=_SAME, atol=0):
-            return "bodies that POV-Ray's list of media and the surfaces themselves see otherwise"
+            return "bodies for which POV-Ray's list of media and the surfaces themselves disagree"
         if (np.abs(ratio - 1) < _SAME).any():
             return "a body of index 1, whose refracted rays POV-Ray does not count"
         through = self.whitted.refracted(some)
         total = np.isnan(through.direction[0])
         passing = np.flatnonzero(~total)
-        fault = self._onward(through.take(passing), after[passing], generation)
+        fault = self._next_points(through.take(passing), after[passing], generation)
         tir = np.zeros(len(body), dtype=np.bool_)
         tir[clear] = total
         shiny = _mirrored(points, tir)
         back = self.whitted.reflected(points.take(shiny))
-        return fault or self._onward(back, lists[shiny], generation)
+        return fault or self._next_points(back, lists[shiny], generation)
 
-    def _onward(self, rays: Branch, lists: Lists, generation: int) -> str | None:
+    def _next_points(self, rays: Branch, lists: Lists, generation: int) -> str | None:
         points = self.whitted.points(rays.rays, rays.hits)
         return self.follow(points, lists[points.rays], generation + 1) if len(points.rays) else None
 

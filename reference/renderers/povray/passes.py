@@ -1,7 +1,7 @@
-"""Pictures that make POV-Ray say what it knows of each pixel, in the integers of a 16-bit PNG.
+"""Pictures that encode what POV-Ray knows of each pixel in the integers of a 16-bit PNG.
 
-Every texture here shines by itself and is opaque, so that a colour says one thing exactly: POV-Ray
-computes colours in float32, whose rounding stays below 2⁻⁸ of a step of 1/65535.
+Every texture here is emissive and opaque, so that a colour is one exact code: POV-Ray computes
+colours in float32, whose rounding stays below 2⁻⁸ of a step of 1/65535.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from minirt.vectors import Bools, Floats, Ints
 
 #: Largest code of a 16-bit PNG.
 WHITE = 65535
-#: One base of the digits that positions are handed over in: codes stay below a half.
+#: Base of the two digits in which a position is encoded: codes stay below a half.
 BASE = 2**15
-#: The code that light adds where it comes through.
+#: The code that is added where the light arrives.
 _LIT = 2**14
 #: Codes of the two sides of a surface.
 _OUTSIDE, _INSIDE = 1, 2
@@ -29,7 +29,7 @@ _OUTSIDE, _INSIDE = 1, 2
 
 @dataclass(frozen=True)
 class Grid:
-    """Where positions are counted from, and in which steps: low + span · k / BASE²."""
+    """The grid in which positions are encoded: low + span · k / BASE²."""
 
     low: Floats
     span: float
@@ -70,8 +70,8 @@ def pictures(scene: Scene, placement: Placement, grid: Grid) -> dict[str, str]:
 def _what(scene: Scene, placement: Placement) -> list[str]:
     """Red and green: number of the face among all faces, plus 1; blue: its side, and the light.
 
-    With brilliance 0 a surface that light reaches is as bright from every angle and on both
-    sides, so that blue says whether it is lit and nothing else.
+    With brilliance 0 a lit surface is equally bright from every angle and on both sides, so that
+    blue shows only whether it is lit.
     """
     white = (0.0, 0.0, 1.0)
     light = parallel_light(scene, placement, white)
@@ -94,8 +94,8 @@ def _where(grid: Grid, digit: int) -> str:
 def _normal(coordinate: float) -> list[str]:
     """Red, green, blue: (1 + n)/2 of the normal turned to the viewer.
 
-    Six lights without shadows: light along an axis, and darkness against it, from far beyond the
-    largest coordinate.
+    Six lights without shadows, far beyond the largest coordinate: for each axis a positive light
+    along it and a negative one against it.
     """
     lights = [
         f"light_source {{ {vector(4 * s * coordinate * axis)}, rgb {vector(s * axis)} "
@@ -131,7 +131,7 @@ def _first_faces(scene: Scene) -> Ints:
 
 
 class _Numbered:
-    """The texture that tells a face by its number among all faces, and its side."""
+    """The texture that encodes a face by its index among all faces, and its side."""
 
     def __init__(self, scene: Scene) -> None:
         self.first = _first_faces(scene).tolist()
@@ -146,6 +146,6 @@ class _Numbered:
         )
 
 
-def _shapes(scene: Scene, placement: Placement, dress: FaceTexture) -> list[str]:
+def _shapes(scene: Scene, placement: Placement, texture: FaceTexture) -> list[str]:
     numbers = range(len(scene.objects))
-    return [piece for k in numbers for piece in pieces(scene, k, placement, dress)]
+    return [piece for k in numbers for piece in pieces(scene, k, placement, texture)]

@@ -31,7 +31,7 @@ def find_povray() -> Path | None:
 
 @cache
 def povray_version() -> str:
-    """Its name and version, as it says them."""
+    """Its name and version, as it prints them."""
     result = subprocess.run(
         [str(find_povray()), "--version"], capture_output=True, text=True, timeout=TIMEOUT
     )
@@ -44,7 +44,7 @@ def render_pictures(
 ) -> dict[str, Ints]:
     """Render texts; codes (ny·nx, 3) int32 in 0…65535 of each, top row first.
 
-    POV-Ray reads and writes in its working folder only: its own restrictions may forbid others.
+    POV-Ray reads and writes in its working folder only, since its own settings may forbid others.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def render_pictures(
 
 
 def _start(name: str, screen: VirtualScreen, folder: Path) -> subprocess.Popen[bytes]:
-    """POV-Ray on one picture: no antialiasing, nothing shown, linear codes, one thread."""
+    """POV-Ray on one picture: no antialiasing, no display, linear codes, one thread."""
     switches = ["+FN16", "-A", "-D", "-V", "-P", "File_Gamma=1.0", "Dither=off", "+WT1"]
     files = [f"+I{name}.pov", f"+O{name}.png", f"+W{screen.nx}", f"+H{screen.ny}"]
     with (folder / f"{name}.log").open("wb") as log:
@@ -86,8 +86,8 @@ def _wait(process: subprocess.Popen[bytes], deadline: float, log: Path) -> None:
     except subprocess.TimeoutExpired:
         raise ReferenceError(f"POV-Ray took more than {TIMEOUT:g} s") from None
     if status != 0:
-        said = log.read_bytes()[-2000:].decode(errors="replace").strip()
-        raise ReferenceError(f"POV-Ray ended with status {status}", got=said)
+        output = log.read_bytes()[-2000:].decode(errors="replace").strip()
+        raise ReferenceError(f"POV-Ray ended with status {status}", got=output)
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

@@ -1,4 +1,4 @@
-"""POV-Ray: analytic spheres in float64, and the one peer that shades as the slides do."""
+"""The POV-Ray reference: analytic spheres in float64, and colours that follow the slides."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _REASONS = {
 
 @dataclass(frozen=True)
 class PovrayReference:
-    """The `povray` program on five pictures of a scene: four that tell of hits, and its colours."""
+    """The `povray` program on five pictures of a scene: four that encode hits, and its colours."""
 
     name: str = "povray"
 

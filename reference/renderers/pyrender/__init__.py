@@ -1,1 +1,1 @@
-"""pyrender, a rasteriser."""
+"""pyrender, an OpenGL rasteriser."""

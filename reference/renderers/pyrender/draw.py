@@ -1,4 +1,4 @@
-"""A scene inside pyrender: built, drawn in one pass, its buffers read back."""
+"""Build a scene in pyrender, draw it in one pass and read its buffers back."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from minirt.screen import VirtualScreen
 from minirt.vectors import Floats, Ints
 from reference.source import Unsupported
 
-#: What brings OpenGL without a window, in software where there is no graphics card.
+#: What installs OpenGL without a window, in software where there is no graphics card.
 PACKAGES = "apt-get install libegl1 libgl1-mesa-dri"
 #: Bits of a pixel by which vertices are placed, at least: Mesa's and graphics cards' number.
 SUBPIXEL_BITS = 8
@@ -72,7 +72,7 @@ def window(pyrender: Any, screen: VirtualScreen) -> Any:
     """
     try:
         return pyrender.OffscreenRenderer(screen.nx, screen.ny)
-    except Exception as error:  # PyOpenGL's own, or whatever pyrender makes of no device
+    except Exception as error:  # PyOpenGL's own, or any that pyrender raises without a device
         raise ReferenceError(
             "OpenGL does not start without a window",
             got=type(error).__name__ + ": " + " ".join(str(error).split())[:200],
@@ -81,10 +81,10 @@ def window(pyrender: Any, screen: VirtualScreen) -> Any:
 
 
 def _close(renderer: Any) -> None:
-    """Let go of OpenGL.
+    """Release OpenGL.
 
-    pyrender has Python look for garbage then, among all that a long-lived process has loaded: a
-    tenth of a second each time. What is frozen is not looked at; Python looks again by itself.
+    pyrender then makes Python collect garbage, among all objects of a long-lived process: a tenth
+    of a second each time. Frozen objects are not examined; Python examines them later by itself.
     """
     gc.freeze()
     try:

@@ -1,4 +1,4 @@
-"""How pyrender errs: chords for arcs, vertices on a grid of parts of a pixel, steps of depth."""
+"""How pyrender errs: chords instead of arcs, vertices on a subpixel grid, steps of depth."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def declared(whole: PyrenderScene) -> Declared:
     is at least E. Of the factor 12, the matrix takes 4.5 (P22 ≤ 1, P23/z ≤ 2 and the sum of
     them; halved), the interpolation 4, the step 1 and the way back 2; 3·u for its divisions.
 
-    A sphere whose triangles the budget keeps from being fine enough adds its error to δ.
+    A sphere whose triangles are too coarse, because their number is limited, adds its error to δ.
     """
     scene, camera = whole.scene, whole.camera
     screen, extent = scene.screen, scene.extent

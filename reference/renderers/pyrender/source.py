@@ -1,4 +1,4 @@
-"""pyrender: OpenGL's rasteriser and its depth buffer, a way to a picture that casts no ray."""
+"""The pyrender reference: OpenGL's rasteriser and depth buffer, which cast no ray."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LARGEST_SIDE = 16_384
 
 _GIVEN = ("hit", "object", "depth")
 #: Where a system keeps OpenGL, the drivers of Mesa and the LLVM that it compiles with.
-_DRAWERS = tuple(
+_DRIVERS = tuple(
     f"usr/lib/{folder}{name}"
     for folder in ("", "*-linux-gnu/")
     for name in ("libEGL*.so*", "libGL*.so*", "libgallium*.so*", "libLLVM*.so*", "dri/*.so")
@@ -35,10 +35,10 @@ _REASON = "a rasteriser gives the object and the depth of each pixel"
 
 @dataclass(frozen=True)
 class PyrenderReference:
-    """The segmentation pass of pyrender: one colour an object, drawn without multisampling.
+    """The segmentation pass of pyrender: one colour for each object, without multisampling.
 
-    Its usual depth pass is drawn with four samples a pixel, none of them at the centre, and keeps
-    the depth of one.
+    pyrender's usual depth pass has four samples for each pixel, none of them at the centre, and
+    keeps the depth of one.
     """
 
     name: str = "pyrender"
@@ -54,9 +54,9 @@ class PyrenderReference:
         return None
 
     def ingredients(self) -> tuple[str | Path | None, ...]:
-        """pyrender with what carries it, and the system's OpenGL with its compiler."""
-        drawers = sorted(path for pattern in _DRAWERS for path in Path("/").glob(pattern))
-        return "pyrender", "PyOpenGL", "trimesh", *drawers
+        """pyrender with the packages below it, and the system's OpenGL with its compiler."""
+        drivers = sorted(path for pattern in _DRIVERS for path in Path("/").glob(pattern))
+        return "pyrender", "PyOpenGL", "trimesh", *drivers
 
     def declare(self, scene: Scene) -> Declared:
         """How it errs on this scene."""

@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError
 
 from minirt.errors import InputError
 from reference.compare.precision import Precision
-from reference.renderers.external import OutAs, SceneAs
+from reference.renderers.external.languages import OutAs, SceneAs
 from reports.grade.assignment.rubric import validation_error
 from reports.results.json_model import Model
 

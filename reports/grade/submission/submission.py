@@ -11,7 +11,8 @@ from minirt.errors import InputError
 from minirt.scene import Scene
 from reference.compare.precision import Claim, Precision
 from reference.jobs.program import Limits, run_program
-from reference.renderers.external import CommandSubject, FramesSubject
+from reference.renderers.external.command import CommandSubject
+from reference.renderers.external.frames import FramesSubject
 from reports.grade.assignment.rubric import ProgramLimits, Rubric
 from reports.grade.submission.manifest import MANIFEST, Manifest, command_words, read_manifest
 from reports.grade.submission.unpack import unpack

@@ -24,7 +24,7 @@ from reference.renderers.embree import source as embree
 from reference.renderers.embree.rays import Embree, Engine
 from reference.renderers.embree.secondary import mirrored, refracted
 from reference.renderers.embree.source import EmbreeReference
-from reference.renderers.embree.sphere_rays import Balls
+from reference.renderers.embree.sphere_rays import SphereSet
 from reference.renderers.embree.trimesh_rays import TrimeshEngine
 from reference.verify.rendering import render_to_file
 from reference.verify.scene import compare_scene
@@ -185,10 +185,10 @@ def test_u_and_v_weigh_the_second_and_third_corner(engine: type[Engine]) -> None
 
 
 def test_balls_are_met_from_outside_from_inside_and_not_behind() -> None:
-    balls = Balls(np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 0.5]]), np.array([0.25, 0.125]))
+    spheres = SphereSet(np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 0.5]]), np.array([0.25, 0.125]))
     origins = np.array([[0.0, 0.0, 0.0, 0.3], [0.0] * 4, [-1.0, 0.0, 1.0, -1.0]])
     directions = np.array([[0.0] * 4, [0.0] * 4, [1.0, 1.0, 1.0, 1.0]])
-    number, distance = balls.nearest(origins, directions)
+    number, distance = spheres.nearest(origins, directions)
     assert number.tolist() == [0, 0, -1, -1]
     assert distance.tolist() == [0.75, 0.25, np.inf, np.inf]
 
