@@ -75,6 +75,12 @@ def rays(P0: ArrayLike, d: ArrayLike, t0: float = 0.0, t1: float = np.inf) -> tu
 
     A vector that is given once is shared by all rays.
 
+    Parameters
+    ----------
+    P0, d : array-likes (3,) or (3, n)
+    t0, t1 : float
+        The interval of t, 0 ≤ t0 ≤ t1.
+
     Raises
     ------
     InputError
@@ -92,6 +98,14 @@ def rays(P0: ArrayLike, d: ArrayLike, t0: float = 0.0, t1: float = np.inf) -> tu
 
 def numbers(value: ArrayLike, name: str, n: int) -> Floats:
     """One number, or one for each ray, as (n,) float64.
+
+    Parameters
+    ----------
+    value : float or array-like (n,)
+    name : str
+        The argument's, for errors.
+    n : int
+        How many rays there are.
 
     Raises
     ------

@@ -22,6 +22,15 @@ EXACT = 2**24
 def check_size(ny: int, nx: int, expect: Size, where: str) -> None:
     """Refuse an image before anything is allocated for it.
 
+    Parameters
+    ----------
+    ny, nx : int
+        Rows and columns.
+    expect : (ny, nx) or None
+        The size that the image must have.
+    where : str
+        The file, for errors.
+
     Raises
     ------
     InputError
@@ -46,6 +55,13 @@ def check_type(dtype: np.dtype[Any], quantity: Quantity, where: str) -> None:
 
     Bool, integers and floats of up to 8 bytes can, in any byte order; for a discrete quantity if
     the values are whole and in range, which `as_quantity` checks.
+
+    Parameters
+    ----------
+    dtype : numpy.dtype
+    quantity : Quantity
+    where : str
+        The file and the name in it, for errors.
 
     Raises
     ------
@@ -99,6 +115,13 @@ def as_quantity(values: Array, quantity: Quantity, where: str) -> Array:
 
 def as_float32(values: Array, quantity: Quantity, where: str) -> Array:
     """A quantity's values as float32; infinities and NaN stay what they are.
+
+    Parameters
+    ----------
+    values : array of any shape, of the quantity's type
+    quantity : Quantity
+    where : str
+        The file and the name in it, for errors.
 
     Raises
     ------

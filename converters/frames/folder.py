@@ -30,6 +30,13 @@ def write_folder(frame: Frame, folder: Path, suffixes: Mapping[str, str]) -> Non
     since black stands for both 0 and −1, nothing hit. Everything else becomes OpenEXR, with a
     `color.png` beside `color.exr` for people to look at.
 
+    Parameters
+    ----------
+    frame : Frame
+    folder : Path
+    suffixes : mapping of str to str
+        The format of some quantities, ``{"color": ".png"}``.
+
     Raises
     ------
     InputError

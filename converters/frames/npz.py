@@ -73,6 +73,12 @@ def read_npz(path: Path, expect: Size) -> Frame:
 def read_npy(path: Path, quantity: Quantity, expect: Size) -> Array:
     """Read one quantity from an .npy file.
 
+    Parameters
+    ----------
+    path : Path
+    quantity : Quantity
+    expect : (ny, nx) or None
+
     Raises
     ------
     InputError

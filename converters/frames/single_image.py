@@ -30,6 +30,13 @@ _MASKS = ("hit", "shadow", "tir")
 def write_single(frame: Frame, name: str, path: Path) -> None:
     """Write one quantity to a file whose suffix says how. Not atomic; see `frames.io`.
 
+    Parameters
+    ----------
+    frame : Frame
+    name : str
+        The quantity's.
+    path : Path
+
     Raises
     ------
     InputError
@@ -62,6 +69,12 @@ def read_single(path: Path, quantity: Quantity, expect: Size) -> tuple[Array, bo
 
     Integer images (PNG, …) hold masks, true from half of full intensity, or `color` in sRGB, or
     `alpha`. All others (EXR, PFM, …) hold the numbers themselves.
+
+    Parameters
+    ----------
+    path : Path
+    quantity : Quantity
+    expect : (ny, nx) or None
 
     Raises
     ------

@@ -55,7 +55,16 @@ class _Layers:
 
 
 def unsupported_material(material: Material, light: Color, shadow: Color | None) -> str | None:
-    """Why layers cannot express this material's colour exactly; None where they can."""
+    """Why layers cannot express this material's colour exactly; None where they can.
+
+    Parameters
+    ----------
+    material : Material
+    light : tuple of 3 float
+        The light's colour.
+    shadow : tuple of 3 float or None
+        The scene's shadow colour.
+    """
     if shadow is not None:
         channels = zip(light, material.ambient, shadow, strict=True)
         if any(lamp == 0 and lit != dark for lamp, lit, dark in channels):

@@ -72,7 +72,15 @@ def camera(scene: Scene, placement: Placement) -> str:
 
 
 def parallel_light(scene: Scene, placement: Placement, color: tuple[float, ...]) -> str:
-    """S12's light: POV-Ray's shadow rays to it are parallel, and end beyond every object."""
+    """S12's light: POV-Ray's shadow rays to it are parallel, and end beyond every object.
+
+    Parameters
+    ----------
+    scene : Scene
+    placement : Placement
+    color : tuple of 3 float
+        The light's, with the exposure.
+    """
     l = np.array(scene.light_direction)
     l = l / np.abs(l).max()  # no overflow in the length
     away = -4 * reach(scene, placement) / float(np.sqrt((l * l).sum())) * l
@@ -91,6 +99,16 @@ def pieces(
 
     Triangles are written a, c, b: POV-Ray's normal is then ours. Its own `mesh` would round
     vertices to float32. A degenerate triangle, which is never hit, is left out.
+
+    Parameters
+    ----------
+    scene : Scene
+    number : int
+    placement : Placement
+    texture : function
+        From the numbers of object and face to a texture.
+    modifiers : str
+        Of every piece, for example ``no_shadow``.
     """
     thing = scene.objects[number]
     if isinstance(thing, Sphere):
@@ -119,6 +137,14 @@ def piece(shapes: list[str], low: Floats, high: Floats, modifiers: str = "") -> 
     POV-Ray keeps and tests bounding boxes in float32: a shape would stick out of its own by up to a
     few 2⁻²⁴ of the coordinates, which are at most √3 · 8192. A box that is never hit joins the
     shapes and adds a margin of 2⁻⁶; a union's parts are not tested against boxes of their own.
+
+    Parameters
+    ----------
+    shapes : list of str
+    low, high : (3,) float64
+        Corners of their bounding box, in POV-Ray's coordinates.
+    modifiers : str
+        Of the union.
     """
     room = f"box {{ {vector(low - 2.0**-6)}, {vector(high + 2.0**-6)} "
     room += "clipped_by { object { Nowhere } } }"

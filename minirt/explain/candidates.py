@@ -21,7 +21,18 @@ _TINY = 1e-250
 
 
 def candidate_steps(whitted: Whitted, P0: Floats, d: Floats, hits: RayHits) -> Iterator[Step]:
-    """A step for each object whose box the ray meets, nearest hit first, at most `MAX_LISTED`."""
+    """A step for each object whose box the ray meets, nearest hit first, at most `MAX_LISTED`.
+
+    Parameters
+    ----------
+    whitted : Whitted
+    P0, d : (3, 1) float64
+        The only ray.
+    hits : RayHits
+        What the tracer finds for it: that object is among the candidates whatever its box says.
+
+    Source: S4, S8, S9, S11.
+    """
     count = len(whitted.scene.objects)
     boxed = _boxes_met(whitted.scene, P0, d) | (np.arange(count) == hits.object[0])
     found = [_intersection(whitted, index, P0, d) for index in map(int, np.flatnonzero(boxed))]

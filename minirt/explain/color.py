@@ -19,7 +19,16 @@ MAX_RAYS = 63
 
 
 def local_step(whitted: Whitted, points: Points) -> Step:
-    """S13: the local colour at the only point, term by term."""
+    """S13: the local colour at the only point, term by term.
+
+    Parameters
+    ----------
+    whitted : Whitted
+    points : Points
+        A single point.
+
+    Source: S13.
+    """
     dark = whitted.shadow(points)
     local, surface = whitted.local_color(points, dark), points.material
     s = whitted.rules.toward_viewer(points.s, points.delta)
@@ -44,7 +53,18 @@ def local_step(whitted: Whitted, points: Points) -> Step:
 
 
 def color_steps(whitted: Whitted, rays: Rays, hits: RayHits) -> Iterator[Step]:
-    """S7: a step for the colour of the ray, then one for each ray it spawns, depth first."""
+    """S7: a step for the colour of the ray, then one for each ray it spawns, depth first.
+
+    Parameters
+    ----------
+    whitted : Whitted
+    rays : Rays
+        A single ray.
+    hits : RayHits
+        What it meets.
+
+    Source: S7.
+    """
     steps: list[Step] = []
     _color(whitted, rays, hits, 0, "primary", steps)
     return iter(steps[:MAX_RAYS])

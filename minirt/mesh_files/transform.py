@@ -38,7 +38,15 @@ def determinant(matrix: Matrix) -> float:
 
 
 def trs(translation: Sequence[float], rotation: Sequence[float], scale: Sequence[float]) -> Matrix:
-    """The map that scales, then rotates by the unit quaternion (x, y, z, w), then translates."""
+    """The map that scales, then rotates by the unit quaternion (x, y, z, w), then translates.
+
+    Parameters
+    ----------
+    translation, scale : 3 float
+    rotation : 4 float
+
+    Source: glTF 2.0 specification, section 3.5.3.
+    """
     x, y, z, w = map(float, rotation)
     rotated = (
         (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
