@@ -106,9 +106,9 @@ def run_verify(
     start, origin = time.perf_counter(), provenance()
     callbacks = replace(
         options.comparison.callbacks,
-        digest=details_of,
+        details=details_of,
         draw=agreement_thumbnail,
-        portray=frame_thumbnail,
+        thumbnail=frame_thumbnail,
     )  # fmt: skip
     results = []
     comparison = replace(options.comparison, callbacks=callbacks)

@@ -15,10 +15,10 @@ from reference.verify.results import Evidence
 #: Seconds that a reference may take for one scene.
 TIMEOUT = 300.0
 
-#: Makes something small of the evidence, for a report.
-Digest = Callable[[Evidence], Any]
+#: Makes what a report shows of the evidence, while its arrays are at hand.
+MakeDetails = Callable[[Evidence], Any]
 #: Makes a picture of minirt's own frame, for a report.
-Portray = Callable[[Frame], Any]
+MakeThumbnail = Callable[[Frame], Any]
 #: Names what explains a failure, best first, each with a `sentence`.
 Diagnose = Callable[[Evidence], tuple[Any, ...]]
 
@@ -29,20 +29,20 @@ class Callbacks:
 
     Attributes
     ----------
-    digest : callable or None
-        Called with each `Evidence`; the answer is `ReferenceResult.digest`.
+    details : callable or None
+        Called with each `Evidence`; the answer is `ReferenceResult.details`.
     draw : callable or None
         Called with the maps of who agrees; the answer is `Quorum.drawn`.
     diagnose : callable or None
         Called with the `Evidence` of each failure; the answer is `ReferenceResult.diagnosis`.
-    portray : callable or None
-        Called with minirt's frame of each scene; the answer is `SceneResult.portrait`.
+    thumbnail : callable or None
+        Called with minirt's frame of each scene; the answer is `SceneResult.thumbnail`.
     """
 
-    digest: Digest | None = None
+    details: MakeDetails | None = None
     draw: Draw | None = None
     diagnose: Diagnose | None = None
-    portray: Portray | None = None
+    thumbnail: MakeThumbnail | None = None
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,8 @@ class ReferenceResult:
         Of its own rendering.
     output : str
         Its last output, where it crashed, timed out or failed.
-    digest : object
-        What the caller's `Digest` made of the evidence; None where there is none.
+    details : object
+        What the caller's `MakeDetails` made of the evidence; None where there is none.
     diagnosis : tuple or None
         What the caller's `Diagnose` found in a failure, best first; None where nothing failed.
     kept : bool
@@ -71,7 +71,7 @@ class ReferenceResult:
     declared: Declared | None = None
     seconds: float = 0.0
     output: str = ""
-    digest: Any = None
+    details: Any = None
     diagnosis: tuple[Any, ...] | None = None
     kept: bool = False
 
@@ -91,8 +91,8 @@ class SceneResult:
         Who confirms what, one for each quantity; empty where minirt itself failed.
     judgement : Judgement or None
         minirt against exact arithmetic; None where minirt itself failed.
-    portrait : object
-        What the caller's `Portray` made of minirt's frame; None where there is none.
+    thumbnail : object
+        What the caller's `MakeThumbnail` made of minirt's frame; None where there is none.
     """
 
     scene: Scene
@@ -101,4 +101,4 @@ class SceneResult:
     peak_memory: int = 0
     quorum: tuple[Quorum, ...] = ()
     judgement: Judgement | None = None
-    portrait: Any = None
+    thumbnail: Any = None

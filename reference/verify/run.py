@@ -153,7 +153,7 @@ class _Comparing:
             found.peak_memory,
             found.quorum,
             found.judgement,
-            found.portrait,
+            found.thumbnail,
         )
 
 
@@ -179,5 +179,5 @@ def reference_result(
     found = compared.references[given.reference]
     return ReferenceResult(
         given.reference, given.program, found.checks, found.declared, given.seconds, "",
-        found.digest, found.diagnosis, given.kept,
+        found.details, found.diagnosis, given.kept,
     )  # fmt: skip

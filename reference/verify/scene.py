@@ -32,7 +32,7 @@ class ReferenceComparison:
 
     declared: Declared
     checks: tuple[Check, ...]
-    digest: Any
+    details: Any
     diagnosis: tuple[Any, ...] | None
 
 
@@ -45,7 +45,7 @@ class SceneComparison:
     judgement: Judgement
     seconds: float
     peak_memory: int
-    portrait: Any
+    thumbnail: Any
 
 
 def compare_scene(scene: Scene, rendered: Rendered, options: Options = DEFAULTS) -> SceneComparison:
@@ -63,14 +63,14 @@ def compare_scene(scene: Scene, rendered: Rendered, options: Options = DEFAULTS)
         for each in evidence
     }
     comparisons = {each.reference: each.comparison for each in evidence}
-    portray = options.callbacks.portray
+    make_thumbnail = options.callbacks.thumbnail
     return SceneComparison(
         references=references,
         quorum=quorum_of(comparisons, options.quantities, options.callbacks.draw),
         judgement=_judgement(exact, comparisons, options.quantities),
         seconds=time.perf_counter() - start,
         peak_memory=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
-        portrait=None if portray is None else portray(exact.frame),
+        thumbnail=None if make_thumbnail is None else make_thumbnail(exact.frame),
     )
 
 
@@ -115,13 +115,13 @@ def _stability(exact: Exact, error: Declared, given: set[str], cache: Cache | No
 def _reference_comparison(
     evidence: Evidence, declared: Declared, options: Options
 ) -> ReferenceComparison:
-    digest, diagnose = options.callbacks.digest, options.callbacks.diagnose
+    make_details, diagnose = options.callbacks.details, options.callbacks.diagnose
     checks = evidence.comparison.checks
     failed = any(check.wrong for check in checks)
     return ReferenceComparison(
         declared,
         checks,
-        None if digest is None else digest(evidence),
+        None if make_details is None else make_details(evidence),
         None if diagnose is None or not failed else diagnose(evidence),
     )
 

@@ -72,7 +72,7 @@ def pixel_html(
 ) -> str:
     """The page of one pixel."""
     column, row = explanation.column, explanation.row
-    portrait = scene_thumbnail(scene)
+    thumbnail = scene_thumbnail(scene)
     steps_and_lines = json.loads(explanation_json(scene, column, row))
     test = command_test("this_pixel", command)
     return template("pixel.html.j2").render(
@@ -93,7 +93,7 @@ def pixel_html(
             for step in explanation.steps
         ],
         rules=RULE_NAMES,
-        portrait=_placed(portrait, scene, column, row),
+        thumbnail=_placed(thumbnail, scene, column, row),
         command=shlex.join(command),
         test=test.replace("COLUMN", str(column)).replace("ROW", str(row)),
         data=inside_script({"space": surroundings(scene), "explanation": steps_and_lines}),
@@ -107,13 +107,13 @@ def _sentence(explanation: Explanation, opinion: SecondOpinion | None) -> str:
     return next(step.sentence for step in explanation.steps if step.title == "the first object hit")
 
 
-def _placed(portrait: Thumbnail, scene: Scene, column: int, row: int) -> dict[str, Any]:
+def _placed(thumbnail: Thumbnail, scene: Scene, column: int, row: int) -> dict[str, Any]:
     """minirt's picture of the scene, and where the pixel is on it, in per cent."""
     screen = scene.screen
     return {
-        "png": base64.b64encode(portrait.png).decode(),
-        "width": portrait.width,
-        "height": portrait.height,
+        "png": base64.b64encode(thumbnail.png).decode(),
+        "width": thumbnail.width,
+        "height": thumbnail.height,
         "left": 100 * (column + 0.5) / screen.nx,
         "top": 100 * (row + 0.5) / screen.ny,
     }

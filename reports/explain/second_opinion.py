@@ -127,18 +127,18 @@ def second_opinion(
     timeout : float
         Seconds for its rendering.
     """
-    digest: Callable[[Evidence], tuple[Row, ...]] = partial(rows_at, row, column)
-    options = Options(timeout=timeout, jobs=1, callbacks=Callbacks(digest, diagnose=diagnose))
+    values_there: Callable[[Evidence], tuple[Row, ...]] = partial(rows_at, row, column)
+    options = Options(timeout=timeout, jobs=1, callbacks=Callbacks(values_there, diagnose=diagnose))
     (result,) = verify([scene], [subject], options)
     (answer,) = result.references
-    if answer.digest is None:
+    if answer.details is None:
         return SecondOpinion(subject.name, (), answer.checks[0].reason)
     named = [each.sentence for each in answer.diagnosis or ()]
-    return SecondOpinion(subject.name, answer.digest, mistake="".join(named[:1]))
+    return SecondOpinion(subject.name, answer.details, mistake="".join(named[:1]))
 
 
 def rows_at(row: int, column: int, evidence: Evidence) -> tuple[Row, ...]:
-    """The values at a pixel, in causal order. A `Digest` when partially applied."""
+    """The values at a pixel, in causal order. A `MakeDetails` when partially applied."""
     names = sorted(evidence.comparison.ratio, key=lambda name: STAGES.index(QUANTITIES[name].stage))
     return tuple(_row(name, (row, column), evidence) for name in names)
 

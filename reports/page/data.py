@@ -82,7 +82,7 @@ def page_data(run: Run, ordered: Iterable[tuple[str, SceneResult]], pool: Pool) 
         Arrays are put into it.
     """
     given = [(section, result, _answers(result)) for section, result in ordered]
-    arrays = iter(arrays_within([a.digest for _, _, answers in given for a in answers]))
+    arrays = iter(arrays_within([a.details for _, _, answers in given for a in answers]))
     scenes = [
         _scene(run, section, result, [(a, next(arrays)) for a in answers], pool)
         for section, result, answers in given
@@ -92,7 +92,7 @@ def page_data(run: Run, ordered: Iterable[tuple[str, SceneResult]], pool: Pool) 
 
 def has_pictures(answer: ReferenceResult) -> bool:
     """Whether there is anything of a reference to look at."""
-    return isinstance(answer.digest, Details) and bool(answer.digest.pictures)
+    return isinstance(answer.details, Details) and bool(answer.details.pictures)
 
 
 def inside_script(document: Any) -> str:
@@ -154,7 +154,7 @@ def _scene(
     scene = result.scene
     explanations: dict[Pixel, str] = {}
     for answer, _ in seen:
-        explanations |= answer.digest.explanations
+        explanations |= answer.details.explanations
     return {
         "id": section,
         "name": scene.name,
@@ -178,7 +178,7 @@ def _more(
         "explanations": {_key(pixel): json.loads(text) for pixel, text in explanations.items()},
         "rows": {
             answer.reference: {
-                _key(pixel): _opinion(answer, rows) for pixel, rows in answer.digest.rows.items()
+                _key(pixel): _opinion(answer, rows) for pixel, rows in answer.details.rows.items()
             }
             for answer in answers
         },
@@ -204,7 +204,7 @@ def _key(pixel: Pixel) -> str:
 def _reference(
     run: Run, result: SceneResult, answer: ReferenceResult, arrays: Arrays, pool: Pool
 ) -> dict[str, Any]:
-    details: Details = answer.digest
+    details: Details = answer.details
     checks = {check.quantity: check for check in answer.checks}
     return {
         "name": answer.reference,

@@ -49,7 +49,7 @@ _LEAST_WIDTH = 128
 
 def look_at(section: str, answer: ReferenceResult, check: Check) -> str:
     """What the stage is to show of a check, as JSON; empty where it has nothing to show."""
-    if not (isinstance(answer.digest, Details) and check.quantity in answer.digest.pictures):
+    if not (isinstance(answer.details, Details) and check.quantity in answer.details.pictures):
         return ""
     return json.dumps([section, plain(answer.reference), check.quantity])
 
@@ -85,7 +85,7 @@ def scene_entry(
         "worst": _worst(scene),
         "certain": _certain(scene),
         "search": " ".join([result.scene.name, *result.scene.rules, result.scene.about]).lower(),
-        "portrait": _portrait(result, pool),
+        "thumbnail": _thumbnail(result, pool),
         "answers": [_answer(answer) for answer in scene.answers],
         "quantities": _quantities(result, section, pool),
         "gaps": _gaps(result),
@@ -133,12 +133,12 @@ def _certain(scene: SceneFindings) -> str:
     return "2" if least is None else f"{least.certain / least.pixels:.6f}"
 
 
-def _portrait(result: SceneResult, pool: Pool) -> tuple[str, int, str] | None:
+def _thumbnail(result: SceneResult, pool: Pool) -> tuple[str, int, str] | None:
     """Class, width and proportions of minirt's own picture of a scene."""
-    portrait = result.portrait
-    if portrait is None:
+    thumbnail = result.thumbnail
+    if thumbnail is None:
         return None
-    return pool.name(portrait.png), portrait.width, f"{portrait.width} / {portrait.height}"
+    return pool.name(thumbnail.png), thumbnail.width, f"{thumbnail.width} / {thumbnail.height}"
 
 
 def _agreement(quorum: Quorum, pool: Pool) -> tuple[str, int, str] | None:
@@ -216,7 +216,7 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
             _entry(answer, check, pool)
             for answer in result.references
             for check in answer.checks
-            if check.quantity == name and answer.digest and name in answer.digest.pictures
+            if check.quantity == name and answer.details and name in answer.details.pictures
         ]
         if entries:
             rank = min(entry["rank"] for entry in entries)
@@ -233,7 +233,7 @@ def _quantities(result: SceneResult, section: str, pool: Pool) -> list[dict[str,
 
 
 def _entry(answer: ReferenceResult, check: Check, pool: Pool) -> dict[str, Any]:
-    pictures: Pictures = answer.digest.pictures[check.quantity]
+    pictures: Pictures = answer.details.pictures[check.quantity]
     kinds = ("failed", "follows", "known", "passed", "empty")
     shown = ((answer.reference, pictures.theirs), ("error ÷ tolerance", pictures.ratio))
     return {

@@ -38,7 +38,7 @@ def scene_thumbnail(scene: Scene) -> Thumbnail:
 
 
 def frame_thumbnail(frame: Frame) -> Thumbnail:
-    """A frame's colours, every k-th pixel where it has many. A `Portray`."""
+    """A frame's colours, every k-th pixel where it has many. A `MakeThumbnail`."""
     ny, nx = frame.size
     return _colors(Frame({"color": shrunk(frame["color"], shrink_factor(nx, ny, LARGE))}))
 

@@ -66,7 +66,7 @@ def result_of(scene: Scene, references: Sequence[Reference]) -> SceneResult:
             continue
         results.append(replace(reference_result(each, compared), seconds=0.25))
     picture = frame_thumbnail(render(scene))
-    return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, portrait=picture)
+    return SceneResult(scene, tuple(results), 0.5, 100 * 2**20, thumbnail=picture)
 
 
 def _answer(scene: Scene, reference: Reference, folder: Path) -> ReferenceResult | RenderedFrame:

@@ -127,9 +127,9 @@ def test_a_wrong_size_fails_with_both_sizes() -> None:
 
 
 def test_digest_is_made_of_who_answered() -> None:
-    assert answer(1, "honest").digest == ("second", "honest", (36, 48))
-    assert answer(1, "wrong-size").digest == ("second", "wrong-size", (36, 24))
-    assert answer(1, "hanging").digest is None
+    assert answer(1, "honest").details == ("second", "honest", (36, 48))
+    assert answer(1, "wrong-size").details == ("second", "wrong-size", (36, 24))
+    assert answer(1, "hanging").details is None
     assert answer(0, "honest").declared is not None
     assert answer(0, "honest").program == "minirt as honest"
 
@@ -161,7 +161,7 @@ def test_when_minirt_itself_fails_the_other_scenes_are_still_compared() -> None:
     assert lost.checks[0].reason == "minirt itself failed: RuntimeError: no more ink"
     assert "no more ink" in lost.output
     assert {c.state for c in kept.checks} == {"passed"}
-    assert kept.digest == "honest"
+    assert kept.details == "honest"
 
 
 def test_no_more_processes_are_started_than_there_is_work_for(

@@ -35,8 +35,8 @@ def test_a_good_run_leaves_every_report_and_tells_its_progress(tmp_path: Path) -
     assert all(scene["seconds"] > 0 for scene in document["scenes"])
     assert all(scene["peak_memory"] > 2**20 for scene in document["scenes"])
     answer = run.results[0].references[0]
-    assert set(answer.digest.pictures) == {check.quantity for check in answer.checks}
-    portraits = [result.portrait for result in run.results]
+    assert set(answer.details.pictures) == {check.quantity for check in answer.checks}
+    portraits = [result.thumbnail for result in run.results]
     assert [(p.width, p.height) for p in portraits] == [(48, 36), (48, 36)]
     drawn = [quorum.drawn for quorum in run.results[0].quorum]
     assert [(map_.width, map_.height) for map_ in drawn] == [(48, 36)] * len(answer.checks)

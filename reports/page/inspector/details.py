@@ -121,7 +121,7 @@ class Details:
 
 
 def details_of(evidence: Evidence) -> Details:
-    """Pictures, and all that the inspector shows. A `Digest`."""
+    """Pictures, and all that the inspector shows. A `MakeDetails`."""
     comparison = evidence.comparison
     ratios = comparison.ratio
     pixels = pixels_of(evidence)

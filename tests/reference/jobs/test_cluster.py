@@ -123,7 +123,7 @@ def test_the_same_bits_though_a_worker_is_killed_midway(dask: Dask, tmp_path: Pa
         run = run_verify(scenes, references, tmp_path / folder, cluster=cluster)
         text = (tmp_path / folder / "results.json").read_text(encoding="utf-8")
         shown = [
-            (result.portrait, result.quorum, [answer.digest for answer in result.references])
+            (result.thumbnail, result.quorum, [answer.details for answer in result.references])
             for result in run.results
         ]
         return found_out(json.loads(text)), shown

@@ -19,7 +19,7 @@ from tests.helpers.report_runs import result_of
 @pytest.fixture(scope="module")
 def found() -> dict[str, Details]:
     result = result_of(small_scene(), [Honest(), Faulty(), OnePixel()])
-    return {answer.reference: answer.digest for answer in result.references}
+    return {answer.reference: answer.details for answer in result.references}
 
 
 def test_what_passes_leaves_no_arrays_and_what_fails_leaves_all(
@@ -37,16 +37,16 @@ def test_what_passes_leaves_no_arrays_and_what_fails_leaves_all(
 def test_of_a_vast_image_no_arrays_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(arrays, "MOST_PIXELS", 100)
     (answer,) = result_of(small_scene(), [Faulty()]).references
-    assert answer.digest.arrays == {}
-    assert answer.digest.clusters != ()
-    assert len(answer.digest.explanations) > 5
+    assert answer.details.arrays == {}
+    assert answer.details.clusters != ()
+    assert len(answer.details.explanations) > 5
 
 
 def test_when_time_is_up_no_more_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(details, "TIME_LIMIT", 0.0)
     (answer,) = result_of(small_scene(), [Faulty()]).references
-    assert len(answer.digest.explanations) == 1
-    assert len(answer.digest.rows) > 5
+    assert len(answer.details.explanations) == 1
+    assert len(answer.details.rows) > 5
 
 
 def test_everybody_explains_the_pixels_where_anybody_fails(
