@@ -10,16 +10,43 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from minirt import optics, screen, shading
 from minirt.errors import InputError
+from minirt.rule_types import (
+    CloserRule,
+    CombineRule,
+    DepthRule,
+    DistanceRule,
+    FaceNormalRule,
+    IlluminateRule,
+    IndicesRule,
+    IntervalRule,
+    ModelFromViewRule,
+    PixelCenterRule,
+    PlaneRule,
+    PointAtRule,
+    PolygonRule,
+    RayDirectionRule,
+    ReflectRule,
+    RefractRule,
+    ShadowColorRule,
+    SmallestRootRule,
+    SphereNormalRule,
+    SphereRule,
+    StartRule,
+    ToLightRule,
+    TowardViewerRule,
+    TriangleRule,
+    ViewFrameRule,
+)
 from minirt.shapes.plane import plane_normal, plane_t
-from minirt.shapes.polygon import PolygonHits, polygon_hit
+from minirt.shapes.polygon import polygon_hit
 from minirt.shapes.sphere import sphere_normal, sphere_roots
-from minirt.shapes.triangle import TriangleHits, triangle_hit
+from minirt.shapes.triangle import triangle_hit
 from minirt.vectors import Bools, Floats, Ints, dot, norm
 
 
@@ -36,7 +63,7 @@ def closer(
     return before
 
 
-def in_interval(t: Floats, t0: Floats, t1: Floats) -> Bools:
+def in_interval(t: Floats, t0: Floats | float, t1: Floats | float) -> Bools:
     """t ∈ [t0, t1] and t > 0: the half-line begins behind its origin. Source: S6, S5, E3."""
     inside: Bools = (t >= t0) & (t <= t1) & (t > 0) & np.isfinite(t)
     return inside
@@ -66,8 +93,12 @@ def toward_viewer(s: Floats, delta: Floats) -> Floats:
     return np.where(dot(s, delta) > 0, -s, s)
 
 
-def _rule(number: str, function: Callable[..., Any]) -> Any:
-    return field(default=function, metadata={"rule": number})
+_Rule = TypeVar("_Rule")
+
+
+def _rule(number: str, function: _Rule) -> _Rule:
+    default: _Rule = field(default=function, metadata={"rule": number})
+    return default
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,31 +116,31 @@ class Rules:
     'S12'
     """
 
-    view_frame: Callable[..., screen.ViewFrame] = _rule("S1", screen.view_frame)
-    pixel_center: Callable[..., tuple[Floats, Floats]] = _rule("S2", screen.pixel_center)
-    model_from_view: Callable[..., Floats] = _rule("S3", screen.model_from_view)
-    closer: Callable[..., Bools] = _rule("S4", closer)
-    ray_direction: Callable[..., Floats] = _rule("S5", screen.ray_direction)
-    point_at: Callable[..., Floats] = _rule("S5", screen.point_at)
-    depth_of: Callable[..., Floats] = _rule("S5", screen.depth_of)
-    distance_of: Callable[..., Floats] = _rule("S5", screen.distance_of)
-    in_interval: Callable[..., Bools] = _rule("S6", in_interval)
-    combine: Callable[..., Floats] = _rule("S7", shading.combine)
-    sphere: Callable[..., tuple[Floats, Floats]] = _rule("S8", sphere_roots)
-    smallest_root: Callable[..., Floats] = _rule("S8", smallest_root)
-    sphere_normal: Callable[..., Floats] = _rule("S8", sphere_normal)
-    triangle: Callable[..., TriangleHits] = _rule("S9", triangle_hit)
-    face_normal: Callable[..., Floats] = _rule("S9", plane_normal)
-    plane: Callable[..., Floats] = _rule("S10", plane_t)
-    polygon: Callable[..., PolygonHits] = _rule("S11", polygon_hit)
-    to_light: Callable[..., Floats] = _rule("S12", to_light)
-    start_of_secondary: Callable[..., float] = _rule("S12", start_of_secondary)
-    toward_viewer: Callable[..., Floats] = _rule("S13", toward_viewer)
-    illuminate: Callable[..., Floats] = _rule("S13", shading.illuminate)
-    shadow_color: Callable[..., Floats] = _rule("S13", shading.shadow_color)
-    reflect: Callable[..., Floats] = _rule("S14", optics.reflected_direction)
-    indices: Callable[..., tuple[Floats, Floats]] = _rule("S15", optics.refractive_indices)
-    refract: Callable[..., Floats] = _rule("S16", optics.refracted_direction)
+    view_frame: ViewFrameRule = _rule("S1", screen.view_frame)
+    pixel_center: PixelCenterRule = _rule("S2", screen.pixel_center)
+    model_from_view: ModelFromViewRule = _rule("S3", screen.model_from_view)
+    closer: CloserRule = _rule("S4", closer)
+    ray_direction: RayDirectionRule = _rule("S5", screen.ray_direction)
+    point_at: PointAtRule = _rule("S5", screen.point_at)
+    depth_of: DepthRule = _rule("S5", screen.depth_of)
+    distance_of: DistanceRule = _rule("S5", screen.distance_of)
+    in_interval: IntervalRule = _rule("S6", in_interval)
+    combine: CombineRule = _rule("S7", shading.combine)
+    sphere: SphereRule = _rule("S8", sphere_roots)
+    smallest_root: SmallestRootRule = _rule("S8", smallest_root)
+    sphere_normal: SphereNormalRule = _rule("S8", sphere_normal)
+    triangle: TriangleRule = _rule("S9", triangle_hit)
+    face_normal: FaceNormalRule = _rule("S9", plane_normal)
+    plane: PlaneRule = _rule("S10", plane_t)
+    polygon: PolygonRule = _rule("S11", polygon_hit)
+    to_light: ToLightRule = _rule("S12", to_light)
+    start_of_secondary: StartRule = _rule("S12", start_of_secondary)
+    toward_viewer: TowardViewerRule = _rule("S13", toward_viewer)
+    illuminate: IlluminateRule = _rule("S13", shading.illuminate)
+    shadow_color: ShadowColorRule = _rule("S13", shading.shadow_color)
+    reflect: ReflectRule = _rule("S14", optics.reflected_direction)
+    indices: IndicesRule = _rule("S15", optics.refractive_indices)
+    refract: RefractRule = _rule("S16", optics.refracted_direction)
 
     def replace(self, **functions: Callable[..., Any]) -> Rules:
         """A copy with some rules replaced.

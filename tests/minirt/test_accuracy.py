@@ -408,10 +408,11 @@ def test_what_many_rays_share_changes_no_bit(tilt: float) -> None:
     target = a + shares[1] * (b - a) + shares[2] * (c - a) - 0.01 * (rng.random(n) < 0.2)
     d = (target - P0) * 10.0 ** rng.uniform(-2, 2, n)
     each = np.ascontiguousarray(np.broadcast_to(P0, d.shape))
-    own = [np.ascontiguousarray(np.broadcast_to(v, d.shape)) for v in (a, b, c)]
     N = edge_normal(a, b, c)
+    of_each_ray = [np.ascontiguousarray(np.broadcast_to(v, d.shape)) for v in (a, b, c, N)]
     shared = SLIDES.triangle(P0, d, a, b, c, N)
-    alone = SLIDES.triangle(each, d, *own, np.ascontiguousarray(np.broadcast_to(N, d.shape)))
+    own_a, own_b, own_c, own_N = of_each_ray
+    alone = SLIDES.triangle(each, d, own_a, own_b, own_c, own_N)
     for name in shared._fields:
         assert getattr(shared, name).tobytes() == getattr(alone, name).tobytes(), name
     fan = (np.stack((a, a), axis=1), np.stack((b, c), axis=1), np.stack((c, e), axis=1))
@@ -419,9 +420,14 @@ def test_what_many_rays_share_changes_no_bit(tilt: float) -> None:
     p = normals.sum(axis=1)
     rules = SLIDES.plane, SLIDES.triangle
     shared_polygon = SLIDES.polygon(P0, d, fan, normals, p, *rules)
-    of_each = tuple(np.repeat(v, n, axis=2) for v in fan)
+    first, second, third = (np.repeat(v, n, axis=2) for v in fan)
     alone_polygon = SLIDES.polygon(
-        each, d, of_each, np.repeat(normals, n, axis=2), np.repeat(p, n, axis=1), *rules
+        each,
+        d,
+        (first, second, third),
+        np.repeat(normals, n, axis=2),
+        np.repeat(p, n, axis=1),
+        *rules,
     )
     for name in shared_polygon._fields:
         one, other = getattr(shared_polygon, name), getattr(alone_polygon, name)
