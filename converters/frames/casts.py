@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from minirt.errors import InputError
+from minirt.frame import Array
 from minirt.quantities import Quantity
 from minirt.scene_file.schema import MAX_PIXELS, MAX_SIDE
 
-Array = NDArray[Any]
 #: Rows and columns of an image; None where any will do.
 Size = tuple[int, int] | None
 

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from converters.frames.casts import Size, as_float32, as_quantity
 from converters.frames.images import Image, open_image, write_image_file
 from minirt.errors import InputError
-from minirt.frame import Frame
+from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES, Quantity
-
-Array = NDArray[Any]
 
 #: Prefix of the attributes that hold the frame's `meta`.
 ATTRIBUTE = "minirt:"

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-from numpy.typing import NDArray
 
 from converters.frames.casts import Size
 from converters.frames.npz import meta_text, parse_meta, read_npy
 from converters.frames.single_image import SUFFIXES, read_single, write_single
 from minirt.errors import InputError
-from minirt.frame import Frame
+from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES
-
-Array = NDArray[Any]
 
 META_FILE = "meta.json"
 #: An image for people, beside the numbers of `color`.

@@ -10,12 +10,10 @@ from typing import Any, Literal
 
 import numpy as np
 import OpenImageIO as oiio
-from numpy.typing import NDArray
 
 from converters.frames.casts import Size, check_size
 from minirt.errors import InputError
-
-Array = NDArray[Any]
+from minirt.frame import Array
 
 #: Size of one block of rows, in bytes. It bounds the memory that is needed beside the image itself.
 BLOCK_BYTES = 2**25

@@ -30,7 +30,7 @@ def write_frame(frame: Frame, path: str | Path, images: Mapping[str, str] | None
         which may replace a folder of images but no other.
     images : mapping of str to str, optional
         For a folder: the suffix of some quantities, ``{"color": ".png"}``. By default `.png` for
-        `hit` and `shadow` (black is 0 or nothing hit: `hit` tells which), `.exr` for the rest,
+        `hit` and `shadow` (black is 0 or nothing hit: `hit` says which), `.exr` for the rest,
         and a `color.png` beside `color.exr`, which is preferred on reading.
 
     Raises

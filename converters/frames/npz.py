@@ -12,14 +12,11 @@ from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
-from numpy.typing import NDArray
 
 from converters.frames.casts import Size, as_quantity, check_size, check_type
 from minirt.errors import InputError
-from minirt.frame import Frame
+from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES, Quantity
-
-Array = NDArray[Any]
 
 _META = "meta"
 _MAX_META_BYTES = 2**20

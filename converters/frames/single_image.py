@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from converters.frames.casts import Size, as_float32, as_quantity
 from converters.frames.images import Image, open_image, write_image_file
 from converters.frames.npz import write_array
 from converters.frames.srgb import linear_light, srgb_codes
 from minirt.errors import InputError
-from minirt.frame import Frame
+from minirt.frame import Array, Frame
 from minirt.quantities import QUANTITIES, Quantity
-
-Array = NDArray[Any]
 
 #: Formats that are read, if they can hold the quantity; .npy, .exr, .pfm and .png are written.
 SUFFIXES = (

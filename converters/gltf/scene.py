@@ -18,19 +18,16 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from converters.atomic import atomic_file
 from converters.gltf.glb import Buffer
-from converters.gltf.materials import material_to_gltf, used_extensions
+from converters.gltf.materials import Description, material_to_gltf, used_extensions
 from converters.gltf.view import camera, camera_node, light, light_node
 from converters.placement import Placement, fitted_placement
 from converters.tessellate import icosphere_within
 from minirt.errors import InputError
 from minirt.scene import Object, Scene, Sphere
 from minirt.vectors import Floats, Ints
-
-Description = dict[str, Any]
 
 #: Largest distance of a sphere's triangles from it, over its radius.
 CHORD_ERROR = 2e-3

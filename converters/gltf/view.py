@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
+from converters.gltf.materials import Description
 from minirt.scene import Scene
 from minirt.screen import VirtualScreen
 from minirt.vectors import Floats, cross, unit
-
-Description = dict[str, Any]
 
 #: The camera's near plane over the scene's extent.
 _NEAR = 2.0**-10

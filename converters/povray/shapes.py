@@ -24,7 +24,7 @@ _ELSEWHERE = "#declare Elsewhere = sphere {{ {observer}, 1e-5 inverse }}"
 
 
 def povray_placement(scene: Scene) -> Placement:
-    """Where the scene stands in POV-Ray's coordinates: its extent in [2048, 4096).
+    """The placement of a scene in POV-Ray's coordinates: its extent falls within [2048, 4096).
 
     POV-Ray's tolerances are absolute: secondary rays ignore hits nearer than 1e-3 and chords of
     spheres below 2e-5, and rays end at 1e7. At this size they are below 5e-7 of the extent, less

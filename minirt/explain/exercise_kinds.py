@@ -1,7 +1,7 @@
 """S17: the three kinds of exercise, each with its text, its solution and a judge of answers.
 
-An exercise with many right answers is not compared with one of them: a direction is tangent where
-its ray meets the sphere in one point, whoever found it.
+An exercise with many right answers is not compared with one of them: any direction is right
+whose ray meets the sphere in exactly one point.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class TangentDirection(Exercise):
         """Whether the ray meets the sphere in exactly one point ahead of P0."""
         d = _vector(answer, "direction")
         if not d.any():
-            return "the zero vector is no direction"
+            return "the zero vector is not a direction"
         L = np.subtract(self.C, self.P0)
         t = float(np.dot(L, d) / np.dot(d, d))
         distance = float(np.linalg.norm(L - t * d))

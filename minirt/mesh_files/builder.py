@@ -21,8 +21,8 @@ MAX_VERTICES = 3 * MAX_FACES
 class MeshBuilder:
     """Collects vertices and polygons while a reader goes through a file.
 
-    Every method that adds raises ValueError for what is no vertex or no polygon, and as soon as
-    the mesh is over `MAX_FACES` or `MAX_VERTICES`.
+    The methods that add raise ValueError for a malformed vertex or polygon, and as soon as the
+    mesh is over `MAX_FACES` or `MAX_VERTICES`.
     """
 
     def __init__(self) -> None:

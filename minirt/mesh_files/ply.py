@@ -61,7 +61,7 @@ def read_ply(data: bytes) -> MeshBuilder:
 
 
 def _header(stream: io.BytesIO) -> tuple[str, list[_Element]]:
-    """The byte order, empty for ASCII, and the elements; the stream stands at the data."""
+    """The byte order, empty for ASCII, and the elements; the stream is then at the data."""
     if stream.readline().strip() != b"ply":
         raise ValueError("does not begin with 'ply'")
     order: str | None = None

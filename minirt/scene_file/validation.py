@@ -128,7 +128,7 @@ def _other(details: ErrorDetails) -> Message:
 
 
 def _unknown_key(details: ErrorDetails) -> Message:
-    """With the key that was probably meant, among those of the object it stands in."""
+    """An unknown key, with the key of the same object that was probably meant."""
     *place, key = details["loc"]
     known = key_names(tuple(place))
     close = difflib.get_close_matches(str(key), known, 1)
