@@ -9,12 +9,13 @@ more commands through real programs. ``make test-rest`` runs it, ``make test-all
 
 A test bears the mark if it takes long and the fast tier holds the same claim on a smaller case.
 ``tests/house/test_tiers.py`` proves that each test is in exactly one tier. In neither is a test
-skipped: what is missing on a machine makes a test fail, or is a reason that the test checks.
+skipped in silence: what is missing makes a test fail, or is a reason that the test checks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,15 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Keep all that was collected, before ``-m`` and ``-k`` choose."""
     config.stash[COLLECTED] = tuple(items)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Where ``MINIRT_REQUIRE`` names what must be here, as in CI, a test that skips has failed."""
+    report = yield
+    if report.skipped and os.environ.get("MINIRT_REQUIRE"):
+        report.outcome = "failed"
+    return report
 
 
 @pytest.fixture(scope="session")
