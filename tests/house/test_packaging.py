@@ -102,6 +102,7 @@ def test_wheel_states_version_license_and_command(wheel: Path) -> None:
     assert "minirt = reports.cli.main:main" in about["entry_points.txt"]
 
 
+@pytest.mark.full
 def test_installed_command_lists_the_atlas(installed: Path, tmp_path: Path) -> None:
     names = [path.stem for path in (ROOT / "minirt" / "atlas").glob("*.json")]
     listed = run(str(installed / "bin" / "minirt"), "scenes", "--json", cwd=tmp_path)
@@ -109,6 +110,7 @@ def test_installed_command_lists_the_atlas(installed: Path, tmp_path: Path) -> N
     assert [name for name in names if f'"{name}"' not in listed] == []
 
 
+@pytest.mark.full
 def test_installed_command_renders_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
     scene = min((ROOT / "minirt" / "atlas").glob("*.json")).stem
     run(str(installed / "bin" / "minirt"), "render", f"atlas:{scene}", "-o", "out.exr",

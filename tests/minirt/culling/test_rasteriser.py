@@ -25,6 +25,7 @@ from tests.helpers.culling_scenes import (
     sphere,
     triangle,
 )  # fmt: skip
+from tests.helpers.tiers import tiered
 
 EYE = np.array([0.3, 0.4, 6.0])
 #: Families with more triangles than are offered without culling.
@@ -92,7 +93,7 @@ def _ahead(P0: Floats, d: Floats) -> Index:
     return np.flatnonzero(np.median(along, axis=1) @ along > 0.2)
 
 
-@pytest.mark.parametrize("kind", RAYS)
+@pytest.mark.parametrize("kind", tiered(RAYS, lambda kind: kind != "nearly_central"))
 @pytest.mark.parametrize("family", MANY)
 def test_rt_is_the_same_with_and_without_a_drawing(
     family: str, kind: str, drawn: list[int], monkeypatch: pytest.MonkeyPatch

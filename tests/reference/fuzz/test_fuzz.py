@@ -209,6 +209,7 @@ def test_an_honest_subject_raises_no_alarm() -> None:
     assert (honest().scenes, honest().compared, honest().unsupported) == (60, 60, 0)
 
 
+@pytest.mark.full
 def test_enough_pixels_are_certain_and_a_missing_reference_is_named() -> None:
     assert CAMPAIGN_FLOOR <= honest().certain_share <= 1
     assert not honest().vague

@@ -134,6 +134,7 @@ def test_junit_has_a_suite_a_student(graded: Graded) -> None:
     assert failures["olga"] == len(PARTS)
 
 
+@pytest.mark.full
 def test_a_run_goes_on_where_it_was(graded: Graded, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     really = grading.opened
