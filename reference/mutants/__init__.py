@@ -1,6 +1,6 @@
-"""Wrong versions of the lecture's rules, each a mistake that people make.
+"""Wrong versions of the lecture's rules, each a mistake that people really make.
 
-They show that the harness would notice, and they name what a failing renderer probably does.
+They show that the checks would notice it, and they name what a failing renderer probably does.
 """
 
 from __future__ import annotations
@@ -16,5 +16,5 @@ CATALOGUE: dict[str, Mutant] = {
     for mutant in module.MUTANTS
 }
 
-#: No mistake at all: what must raise no alarm.
+#: The lecture's own rules, without a mistake: no check may fail on them.
 ORIGINAL = Mutant("none", "S4", "to the letter", "The lecture's rules as they are.", "hit", SLIDES)

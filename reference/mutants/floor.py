@@ -1,4 +1,4 @@
-"""The sensitivity floor: the smallest errors that the checks catch, found by planting them."""
+"""The sensitivity floor: the smallest planted errors that the checks catch."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from minirt.frame import Array, Frame
 from minirt.vectors import Floats, unit
-from reference.mutants.matrix import SCENES, Bench, atlas_bench
+from reference.mutants.scenes import SCENES, MeasuredScene, measured_atlas_scene
 
-#: Planted errors are halved down to this one, half an ulp of 1, which no float64 can hold.
+#: How often planted errors are halved: down to half an ulp of 1, which no float64 represents.
 _HALVINGS = 53
 
 
@@ -36,34 +36,34 @@ class Floor:
 
 def sensitivity_floor() -> Floor:
     """Plant smaller and smaller errors into minirt's own frame until they pass."""
-    bench = atlas_bench(SCENES[0])
+    measured = measured_atlas_scene(SCENES[0])
     return Floor(
-        _fewest_pixels(bench),
-        _smallest(bench, "depth", lambda values, e: values * (1 + e)),
-        _smallest(bench, "normal", _turned),
-        _smallest(bench, "color", lambda values, e: values * (1 + e)),
+        _fewest_pixels(measured),
+        _smallest(measured, "depth", lambda values, e: values * (1 + e)),
+        _smallest(measured, "normal", _turned),
+        _smallest(measured, "color", lambda values, e: values * (1 + e)),
     )
 
 
-def _fewest_pixels(bench: Bench) -> int:
-    """The fewest wrong pixels of the shadow mask that are caught, wherever they lie; 0: none."""
-    shadow = bench.exact.frame["shadow"]
-    certain = np.flatnonzero(bench.stability.certain["shadow"] & (shadow >= 0))
+def _fewest_pixels(measured: MeasuredScene) -> int:
+    """The smallest number of wrong pixels of the shadow mask that is caught; 0 if none is."""
+    shadow = measured.exact.frame["shadow"]
+    certain = np.flatnonzero(measured.stability.certain["shadow"] & (shadow >= 0))
     for count in range(1, len(certain) + 1):
         wrong = shadow.copy().reshape(-1)
         wrong[certain[:count]] ^= 1
-        if _caught(bench, "shadow", wrong.reshape(shadow.shape)):
+        if _caught(measured, "shadow", wrong.reshape(shadow.shape)):
             return count
     return 0
 
 
-def _smallest(bench: Bench, name: str, spoil: Callable[[Array, float], Array]) -> float:
-    """The smallest power of two by which a quantity may not be spoilt."""
+def _smallest(measured: MeasuredScene, name: str, change: Callable[[Array, float], Array]) -> float:
+    """The smallest error, a power of two, of a quantity that is caught."""
     caught = float("inf")
     for k in range(1, _HALVINGS + 1):
         with np.errstate(invalid="ignore"):
-            spoilt = spoil(bench.exact.frame[name], 2.0**-k)
-        if not _caught(bench, name, spoilt):
+            changed = change(measured.exact.frame[name], 2.0**-k)
+        if not _caught(measured, name, changed):
             break
         caught = 2.0**-k
     return caught
@@ -79,6 +79,6 @@ def _turned(normals: Floats, angle: float) -> Floats:
     return turned
 
 
-def _caught(bench: Bench, name: str, values: Array) -> bool:
+def _caught(measured: MeasuredScene, name: str, values: Array) -> bool:
     """Whether a frame that holds only this quantity fails."""
-    return not bench.judge(Frame({name: values})).passed
+    return not measured.compare(Frame({name: values})).passed

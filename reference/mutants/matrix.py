@@ -4,55 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from minirt import load_scene
-from minirt.frame import Frame
 from minirt.quantities import STAGES, Stage
-from minirt.scene import Facets, Scene
-from reference.compare.comparison import Comparison, compare
-from reference.compare.stability import Exact, Stability, exact_answer, stability_of
+from minirt.scene import Facets
 from reference.mutants import CATALOGUE, ORIGINAL
 from reference.mutants.mutant import Mutant
-from reference.mutants.thin_gap import THIN_GAP
-from reference.source import Declared
+from reference.mutants.scenes import MeasuredScene, matrix_scenes
 
-#: Columns and rows of the pictures.
-SIZE = (48, 36)
-
-#: The atlas scenes that the mutants are run on. Beside the usual ones: off-axis screens, another
-#: handedness, ν of either sign and not 1, pixels that are not square, an observer inside
-#: a sphere and inside glass, polygons of many corners, objects behind the observer,
-#: mirrors, total reflection, a closed mesh of 5,000 triangles.
-SCENES = (
-    "ball-on-quad", "alpha", "left-handed-frame", "negative-nu", "non-square-pixels",
-    "behind-the-observer", "pentagon-and-octagon", "inside-a-sphere", "inside-glass",
-    "snells-window", "closed-mesh",
-)  # fmt: skip
-
-#: A mutant with a changed rule is not run on more faces: some rules, once replaced, are asked
-#: about every pair of a ray and a face.
+#: Largest number of faces on which a mutant with a changed rule is run: for some rules a
+#: replacement is called for every pair of a ray and a face.
 _MOST_FACES = 500
-
-
-@dataclass(frozen=True, eq=False)
-class Bench:
-    """A scene with minirt's own answer and its stability under float64's rounding."""
-
-    scene: Scene
-    exact: Exact
-    stability: Stability
-
-    def judge(self, frame: Frame, pictures: bool = False) -> Comparison:
-        """Compare a frame with minirt's: pixel by pixel, which must do; or as pictures too."""
-        return compare(self.scene, self.exact.frame, self.stability, frame, {}, pictures=pictures)
 
 
 @dataclass(frozen=True)
 class Kill:
-    """What the checks say of one mutant.
+    """The result of the checks on one mutant: a row of the matrix.
 
     Attributes
     ----------
@@ -60,11 +28,11 @@ class Kill:
     stage : str
         The first stage that it really breaks.
     scenes : int
-        On which it was run.
+        Number of scenes on which it was run.
     failed : tuple of str
         The scenes on which a check failed.
     charged : dict of str to int
-        By stage: pixels of all scenes that are wrong there first.
+        By stage: the pixels of all scenes whose first wrong stage it is.
     """
 
     mutant: str
@@ -82,7 +50,7 @@ class Kill:
 
     @property
     def found(self) -> str | None:
-        """The first stage that wrong pixels are charged to; None where none is."""
+        """The first stage to which wrong pixels are charged; None if there is none."""
         return next((stage for stage in STAGES if self.charged[stage]), None)
 
     @property
@@ -91,40 +59,9 @@ class Kill:
         return self.found == self.stage
 
 
-def reduced(scene: Scene, size: tuple[int, int] = SIZE) -> Scene:
-    """The same scene in fewer, larger pixels."""
-    document = scene.to_dict()
-    document["screen"] |= {"nx": size[0], "ny": size[1]}
-    return load_scene(document, folder=scene.folder)
-
-
-def float64_rounding(scene: Scene) -> Declared:
-    """The error of a renderer in float64: 256 roundings of 2⁻⁵² at the scale of the scene."""
-    delta = 2.0**-44 * scene.extent
-    return Declared(delta, 0.0, 2.0**-44, 2.0**-44, None, "256 roundings of 2⁻⁵²")
-
-
-def bench_of(scene: Scene) -> Bench:
-    """Measure a scene once for everybody who is judged on it."""
-    exact = exact_answer(scene)
-    return Bench(scene, exact, stability_of(exact, float64_rounding(scene)))
-
-
-@cache
-def atlas_bench(name: str) -> Bench:
-    """A scene of the atlas in the matrix's size, measured once a process."""
-    return bench_of(reduced(load_scene(f"atlas:{name}")))
-
-
-@cache
-def benches() -> tuple[Bench, ...]:
-    """The scenes of the matrix, measured once a process."""
-    return (*map(atlas_bench, SCENES), bench_of(load_scene(THIN_GAP)))
-
-
-def judges(bench: Bench, mutant: Mutant) -> bool:
+def can_run(mutant: Mutant, measured: MeasuredScene) -> bool:
     """Whether a mutant is run on a scene: on a large mesh only with the lecture's own rules."""
-    faces = sum(len(t.faces) for t in bench.scene.objects if isinstance(t, Facets))
+    faces = sum(len(t.faces) for t in measured.scene.objects if isinstance(t, Facets))
     return faces <= _MOST_FACES or not mutant.rules.changed()
 
 
@@ -132,11 +69,11 @@ def run_mutant(mutant: Mutant) -> Kill:
     """One row of the matrix."""
     charged: dict[str, int] = dict.fromkeys(STAGES, 0)
     failed = []
-    chosen = [bench for bench in benches() if judges(bench, mutant)]
-    for bench in chosen:
-        comparison = bench.judge(mutant.render(bench.scene), pictures=mutant is ORIGINAL)
+    chosen = [measured for measured in matrix_scenes() if can_run(mutant, measured)]
+    for measured in chosen:
+        comparison = measured.compare(mutant.render(measured.scene), pictures=mutant is ORIGINAL)
         if not comparison.passed:
-            failed.append(bench.scene.name)
+            failed.append(measured.scene.name)
         stages, counts = np.unique(comparison.first_stage, return_counts=True)
         for stage, count in zip(stages, counts, strict=True):
             if stage >= 0:
@@ -147,11 +84,11 @@ def run_mutant(mutant: Mutant) -> Kill:
 
 
 def kill(name: str) -> Kill:
-    """The row of the mutant of that name; of no mistake at all for 'none'. For child processes."""
+    """The row of the mutant of that name, or of 'none'. Runs in a child process."""
     return run_mutant(ORIGINAL if name == ORIGINAL.name else CATALOGUE[name])
 
 
 def kill_matrix(names: Iterable[str] = (ORIGINAL.name, *CATALOGUE)) -> Iterator[Kill]:
-    """The rows of some mutants, and of no mistake at all."""
+    """The rows of some mutants; 'none' is the lecture's own rules."""
     for name in names:
         yield kill(name)

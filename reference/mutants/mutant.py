@@ -1,4 +1,4 @@
-"""What a mutant is: the lecture's algorithm with one mistake in it, traced pixel by pixel."""
+"""A mutant: the lecture's algorithm with one mistake in it, traced pixel by pixel."""
 
 from __future__ import annotations
 
@@ -22,11 +22,10 @@ from minirt.scene import Scene
 from minirt.vectors import Index
 from minirt.whitted import Whitted
 
-#: What becomes of some pixels' values before they are handed over: (n,) or (3, n) each. Only of
-#: values that are there.
+#: Changes finished values of some pixels, (n,) or (3, n) each, where they are given.
 Change = Callable[[Scene, Index, Tile], Tile]
 
-#: Quantities without which a changed output cannot tell which values are to be changed.
+#: Quantities that a `Change` needs to know which values to change.
 _ALWAYS = ("hit",)
 
 
@@ -47,11 +46,11 @@ class Mutant:
     stage : str
         The first stage, in causal order, that it really breaks.
     rules : Rules
-        The lecture's, with the mistake in one of them.
+        The lecture's rules, with the mistake in one of them.
     scene : callable
-        What it makes of the scene before it renders it; the scene itself where that is right.
+        Changes the scene before it is rendered; the identity if the mistake is elsewhere.
     change : callable or None
-        What it does to the finished values.
+        Changes the finished values.
     """
 
     name: str
@@ -88,7 +87,7 @@ class Mutant:
         """
         names = tuple(quantities)
         whitted = Whitted(self.scene(scene), self.rules)
-        with np.errstate(all="ignore"):  # a wrong rule may overflow, which is its own mistake
+        with np.errstate(all="ignore"):  # a wrong rule may overflow
             tile = trace_pixels(whitted, pixels, frozenset((*names, *_ALWAYS)))
         tile = {name: tile[name] for name in {*names, *_ALWAYS}}
         if self.change is not None:

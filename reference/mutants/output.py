@@ -1,4 +1,4 @@
-"""Mistakes in what is handed over: the algorithm is right, a finished value is not."""
+"""Mistakes in the output: the algorithm is right, a finished value is not."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from reference.mutants.mutant import Change, Mutant
 
 
 def _each(name: str, change: Callable[[Array], Array]) -> Change:
-    """A change of one quantity alone, where it is given."""
+    """A change of one quantity, if it is given."""
 
     def changed(scene: Scene, pixels: Index, tile: Tile) -> Tile:
         return {name: change(tile[name])} if name in tile else {}
@@ -91,7 +91,7 @@ def _normal_to_viewer(scene: Scene, pixels: Index, tile: Tile) -> Tile:
 
 
 def _last_row_dropped(scene: Scene, pixels: Index, tile: Tile) -> Tile:
-    """The lowest row of the image was never traced: it holds each quantity's miss value."""
+    """The lowest row of the image is never traced: it holds each quantity's miss value."""
     last = pixels // scene.screen.nx == scene.screen.ny - 1
     return {
         name: np.where(last, np.asarray(QUANTITIES[name].miss, values.dtype), values)

@@ -13,7 +13,7 @@ from minirt.scene import Scene
 from reference.compare.comparison import compare
 from reference.compare.stability import stability_of
 from reference.mutants import Mutant
-from reference.mutants.matrix import Bench, float64_rounding
+from reference.mutants.scenes import MeasuredScene, float64_rounding
 from reference.source import Declared
 from reference.verify.results import Evidence
 
@@ -79,14 +79,14 @@ NOISES = (
 )
 
 
-def evidence_of(bench: Bench, frame: Frame, declared: Declared | None = None) -> Evidence:
+def evidence_of(bench: MeasuredScene, frame: Frame, declared: Declared | None = None) -> Evidence:
     """What a run of verify knows of a subject that gave this frame."""
     stability = bench.stability if declared is None else stability_of(bench.exact, declared)
     comparison = compare(bench.scene, bench.exact.frame, stability, frame, {}, pictures=False)
     return Evidence(bench.scene, "subject", bench.exact.frame, frame, stability, comparison)
 
 
-def subject(bench: Bench, mutant: Mutant, noise: Noise) -> Evidence:
+def subject(bench: MeasuredScene, mutant: Mutant, noise: Noise) -> Evidence:
     """A mutant's frame with a noise on it."""
     frame = noise.disturb(mutant.render(bench.scene))
     return evidence_of(bench, frame, noise.declare(bench.scene))

@@ -13,7 +13,8 @@ from minirt.frame import Array, Frame
 from minirt.rules import SLIDES
 from reference.diagnose.by_mutant import Diagnosis, diagnose
 from reference.mutants import CATALOGUE, Mutant
-from reference.mutants.matrix import Bench, benches, judges
+from reference.mutants.matrix import can_run
+from reference.mutants.scenes import MeasuredScene, matrix_scenes
 from tests.helpers.mutant_subjects import NOISES, Noise, evidence_of, subject
 
 #: The least share of cases in which the right mutant is among the first three.
@@ -22,17 +23,17 @@ NAMED = 0.9
 SECONDS = 3.0
 
 
-def bench(name: str) -> Bench:
-    (found,) = (each for each in benches() if each.scene.name == name)
+def bench(name: str) -> MeasuredScene:
+    (found,) = (each for each in matrix_scenes() if each.scene.name == name)
     return found
 
 
 @cache
-def failing(mutant: str) -> Bench | None:
+def failing(mutant: str) -> MeasuredScene | None:
     """The first scene of the matrix on which most of a mutant's pixels can be told from noise."""
     wrong = CATALOGUE[mutant]
-    for each in benches():
-        if judges(each, wrong):
+    for each in matrix_scenes():
+        if can_run(wrong, each):
             frame = wrong.render(each.scene)
             if (evidence_of(each, frame).comparison.first_stage >= 0).sum() >= 100:
                 return each
@@ -144,7 +145,7 @@ def test_quantities_that_are_not_given_do_not_matter() -> None:
     assert "rows-from-top" in [found.name for found in diagnose(evidence_of(where, frame))]
 
 
-def changed(where: Bench, **arrays: Array) -> list[str]:
+def changed(where: MeasuredScene, **arrays: Array) -> list[str]:
     """The sentences about minirt's own frame with other arrays in it."""
     frame = Frame({**where.exact.frame.arrays, **arrays})
     evidence = evidence_of(where, frame)

@@ -15,7 +15,8 @@ from minirt.screen import VirtualScreen
 from minirt.vectors import Floats
 from reference.mutants import CATALOGUE, ORIGINAL, Mutant
 from reference.mutants.floor import Floor, sensitivity_floor
-from reference.mutants.matrix import Kill, benches, kill_matrix, run_mutant
+from reference.mutants.matrix import Kill, kill_matrix, run_mutant
+from reference.mutants.scenes import matrix_scenes
 
 #: The least share of mutants that must be charged to the stage that they really break.
 RIGHT_STAGE = 0.9
@@ -66,7 +67,7 @@ def test_mutants_are_charged_to_the_stage_that_they_break(kills: dict[str, Kill]
 
 def test_the_lectures_own_rules_raise_no_alarm(kills: dict[str, Kill]) -> None:
     honest = kills[ORIGINAL.name]
-    assert honest.scenes == len(benches()) >= 10
+    assert honest.scenes == len(matrix_scenes()) >= 10
     assert honest.failed == ()
     assert sum(honest.charged.values()) == 0
 
@@ -91,7 +92,7 @@ def test_a_mistake_that_is_declared_for_another_stage_shows() -> None:
 
 @pytest.mark.parametrize("name", ["no-half-pixel", "last-row-dropped", "depth-in-float16"])
 def test_some_pixels_are_traced_as_the_whole_picture(name: str) -> None:
-    mutant, scene = CATALOGUE[name], benches()[QUICK].scene
+    mutant, scene = CATALOGUE[name], matrix_scenes()[QUICK].scene
     whole = mutant.render(scene)
     pixels = np.array([0, 17, scene.screen.nx * scene.screen.ny - 1])
     some = mutant.trace(scene, pixels, ("object", "depth", "ray"))
@@ -101,7 +102,9 @@ def test_some_pixels_are_traced_as_the_whole_picture(name: str) -> None:
 
 
 def test_the_quantities_can_be_chosen() -> None:
-    frame = CATALOGUE["depth-given-as-distance"].render(benches()[QUICK].scene, "hit,depth,ray")
+    frame = CATALOGUE["depth-given-as-distance"].render(
+        matrix_scenes()[QUICK].scene, "hit,depth,ray"
+    )
     assert set(frame) == {"hit", "depth", "ray"}
 
 

@@ -7,7 +7,7 @@ import pytest
 from minirt import render
 from reference.compare.comparison import compare
 from reference.compare.stability import exact_answer, stability_of
-from reference.mutants.matrix import float64_rounding
+from reference.mutants.scenes import float64_rounding
 from reports.grade.assignment.hidden import variant
 from tests.helpers.grade_class import small
 

@@ -17,7 +17,7 @@ from reference.compare.precision import Claim, declared
 from reference.compare.stability import Exact, Stability, exact_answer, stability_of
 from reference.mutants import CATALOGUE, ORIGINAL
 from reference.mutants.mutant import Mutant
-from reference.mutants.thin_gap import THIN_GAP
+from reference.mutants.scenes import THIN_GAP
 from reference.traceability import TRACED
 from reference.verify.results import Evidence
 from reports.grade.assignment.part_quantities import quantities_judged
