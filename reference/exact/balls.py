@@ -1,7 +1,7 @@
-"""Numbers with an error bound: midpoint and radius, of which every operation keeps account.
+"""Ball arithmetic: numbers with an error bound, which every operation propagates.
 
-A ball holds every number that could stand in its place. Balls are python-flint's `arb`: a
-comparison is true only where it holds for all of them.
+A ball is a midpoint and a radius, and contains every number that could be meant. Balls are
+python-flint's `arb`: a comparison is true only if it holds for all numbers in the balls.
 """
 
 from __future__ import annotations
@@ -16,66 +16,66 @@ from reference.exact.condition import BOUND, ULP, Vector, dot
 
 Ball: TypeAlias = Any
 
-#: Bits of the midpoints. Radii come from the inputs, of 50 bits or so; what is rounded beyond
-#: twice that is nothing beside them.
+#: Bits of the midpoints. Radii come from inputs of some 50 bits; rounding at twice that many bits
+#: is negligible beside them.
 BITS = 128
-#: Where 64 bits of an exact result are not found with so many, it is zero or as good as that.
+#: Largest number of bits that are tried. A result of which they do not give 64 counts as zero.
 MOST_BITS = 4096
 
-#: 1 and 0, give or take 4 ulp: what minirt promises of each of its steps.
+#: 1 and 0, each within 4 ulp: what minirt promises of each of its steps.
 _ONE, _NOTHING = arb(1, BOUND * ULP), arb(0, BOUND * ULP)
 
 
 @contextmanager
 def precision(bits: int = BITS) -> Iterator[None]:
-    """Midpoints of so many bits meanwhile."""
+    """Compute with midpoints of so many bits inside the context."""
     with ctx.workprec(bits):
         yield
 
 
 def rational(x: float) -> Any:
-    """The number itself, as an exact fraction."""
+    """The number as an exact fraction."""
     return fmpq(*float(x).as_integer_ratio())
 
 
 def rationals(xs: Iterable[float]) -> list[Any]:
-    """Each of the numbers itself."""
+    """Each of the numbers as an exact fraction."""
     return [rational(x) for x in xs]
 
 
 def blurred(x: Ball) -> Ball:
-    """x, give or take 4 ulp of it."""
+    """x within 4 ulp."""
     return x * _ONE
 
 
 def blurred_by(x: Ball, size: Ball) -> Ball:
-    """x, give or take 4 ulp of another size: that of the terms whose sum it is."""
+    """x within 4 ulp of another size: that of the terms of which it is the sum."""
     return x + size * _NOTHING
 
 
 def each_blurred(v: Vector) -> list[Ball]:
-    """Each component give or take 4 ulp of it."""
+    """Each component within 4 ulp."""
     return [x * _ONE for x in v]
 
 
 def known(xs: Iterable[float]) -> list[Ball]:
-    """Float64 numbers as a kernel sees them: give or take 4 ulp of each."""
+    """Float64 numbers as minirt uses them: each within 4 ulp."""
     return [arb(x) * _ONE for x in map(float, xs)]
 
 
 def unit(v: Vector) -> list[Ball]:
-    """v/‖v‖, give or take 4 ulp of each component."""
+    """v/‖v‖, each component within 4 ulp."""
     length = dot(v, v).sqrt()
     return each_blurred([x / length for x in v])
 
 
 def as_ball(x: Any) -> Ball:
-    """An exact number, or a ball, at the precision that is set."""
+    """An exact number or a ball, as a ball of the present precision."""
     return arb(x)
 
 
 def sharp(formula: Callable[[], Ball]) -> Ball:
-    """A ball of exact numbers, with as many bits as it takes to know 64 of the result."""
+    """Evaluate a formula on exact numbers, with as many bits as give 64 correct bits."""
     bits = BITS
     while True:
         with precision(bits):
@@ -91,5 +91,5 @@ def middle(x: Ball) -> float:
 
 
 def radius(x: Ball) -> float:
-    """The radius, rounded; +inf for what may be anything."""
+    """The radius, rounded; +inf if it is unbounded."""
     return float(x.rad()) if x.is_finite() else float("inf")

@@ -1,4 +1,4 @@
-"""minirt's frame before the judge: where the exact answer is certain, minirt must have it."""
+"""Judge a frame of minirt's: where the exact answer is certain, minirt must give it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from reference.exact.condition import BOUND, ULP
 from reference.exact.pixel import PixelAnswers, exact_pixels
 from reference.exact.primitives import Solution
 
-#: Quantities that the judge gives, in the table's order.
+#: Quantities that the judge computes, in the table's order.
 JUDGED = tuple(
     name
     for name in QUANTITIES
@@ -31,7 +31,7 @@ JUDGED = tuple(
 
 @dataclass(frozen=True)
 class Opinion:
-    """One quantity of one pixel.
+    """The judge's opinion on one quantity of one pixel.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class Opinion:
     row, column : int
         From the TOP, and from the left.
     decided, agrees : bool
-        Whether the exact answer is certain, and whether minirt has it; the second is True where
-        the first is False.
+        Whether the exact answer is certain, and whether minirt gives it; the second is True if the
+        first is False.
     ulps : float or None
-        Error in ulp of the bound: of t over its condition number, of others over a quarter of
-        what 4 ulp in every step come to; None for discrete quantities.
+        Error in ulp: of t, divided by its condition number; of other numbers, in quarters of what
+        4 ulp in every step add up to; None for discrete quantities.
     ours, exact : list of float
     """
 
@@ -70,17 +70,17 @@ class Count:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What the judge says of a scene's frame.
+    """The judge's result for a scene's frame.
 
     Attributes
     ----------
     pixels : int
-        That were judged.
+        Number of pixels that were judged.
     counts : tuple of Count
     convictions : tuple of Opinion
-        Where minirt does not have the answer that is certain.
+        Where the answer is certain and minirt's is another.
     worst : Opinion or None
-        The largest error among t, whether or not it is within bounds.
+        The opinion with the largest error of t, within bounds or not.
     seconds : float
     """
 
@@ -92,13 +92,13 @@ class Judgement:
 
 
 def judge_pixels(scene: Scene, frame: Frame, pixels: Sequence[tuple[int, int]]) -> Judgement:
-    """Hold a frame of minirt's against exact arithmetic.
+    """Compare a frame of minirt's with exact arithmetic.
 
     Parameters
     ----------
     scene : Scene
     frame : Frame
-        minirt's own; quantities that it does not hold are not judged.
+        minirt's own; quantities that it lacks are not judged.
     pixels : sequence of (row, column)
         Rows from the TOP.
     """
@@ -112,7 +112,7 @@ def judge_pixels(scene: Scene, frame: Frame, pixels: Sequence[tuple[int, int]]) 
 
 
 def opinions_of(scene: Scene, frame: Frame, pixels: Sequence[tuple[int, int]]) -> list[Opinion]:
-    """One opinion a pixel and quantity that applies there."""
+    """One opinion for each pixel and each quantity that applies there."""
     with precision():
         answers = exact_pixels(scene, pixels)
         return [
@@ -148,7 +148,7 @@ def _t_error(ours: float, exact: Solution) -> float:
 
 
 def _error(ours: float, ball: Ball) -> float:
-    """Error in quarters of the ball's radius: 4 is the edge of what 4 ulp in every step allow."""
+    """Error in quarters of the ball's radius: 4 is the largest that 4 ulp in every step allow."""
     if not math.isfinite(ours):
         return math.inf
     error, allowed = middle(abs(as_ball(ours) - ball.mid())), radius(ball)

@@ -1,4 +1,4 @@
-"""The lecture's algorithm for some pixels of a scene, in balls: S1–S6, S8–S12, S14–S16."""
+"""The lecture's algorithm for some pixels, in ball arithmetic: S1–S6, S8–S12, S14–S16."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 from minirt.scene import Scene
 from minirt.screen import VirtualScreen
 from reference.exact.balls import Ball, as_ball, blurred_by, each_blurred, known, rationals, unit
-from reference.exact.leaving import reflected, refracted
+from reference.exact.optics import reflected, refracted
 from reference.exact.primitives import ExactRay, Primitive, Solution
 from reference.exact.shapes import Answer, Ray
-from reference.exact.trace import First, Tracer
+from reference.exact.trace import FirstHit, Tracer
 
-#: Quantities that every hit has, and those of materials with an index of refraction.
+#: Quantities of every hit, and those of materials with an index of refraction.
 AT_A_HIT = (
     "t", "position", "normal", "shadow", "reflection", "reflection_object", "reflection_t",
 )  # fmt: skip
@@ -23,28 +23,28 @@ IN_GLASS = ("tir", "refraction", "refraction_object", "refraction_t")
 
 @dataclass
 class PixelAnswers:
-    """What is known of one pixel: a value, a ball or balls by quantity; None where it is open.
+    """The answers for one pixel: a value, a ball or balls by quantity; None where it is open.
 
     Attributes
     ----------
     values : dict
-        Quantities that do not apply are not in it.
+        Without the quantities that do not apply.
     solution : Solution or None
-        The exact t and its condition, where it is certain what is met.
+        The exact t and its condition number, if it is certain what is hit.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
     solution: Solution | None = None
 
-    def leave_out(self, *names: str) -> None:
-        """These quantities do not apply after all."""
+    def remove(self, *names: str) -> None:
+        """Remove quantities that do not apply after all."""
         for name in names:
             self.values.pop(name)
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A surface point that is known: pixel's answers, and what leaves from it starts here."""
+    """A surface point that is certain: the answers of its pixel, and where secondary rays start."""
 
     answers: PixelAnswers
     M: list[Ball]
@@ -84,16 +84,16 @@ def exact_ray(screen: VirtualScreen, row: int, column: int) -> ExactRay:
 
 
 def _seen_direction(ray: ExactRay) -> list[Ball]:
-    """d as a kernel sees it: give or take 4 ulp for making it, and 4 for using it.
+    """d as minirt uses it: within 4 ulp for computing it, and 4 for its use.
 
-    minirt makes d with 7 roundings, of 2⁻⁵³ of the sizes of its terms each.
+    minirt computes d with 7 roundings, each of 2⁻⁵³ of the sizes of its terms.
     """
     pairs = zip(ray.d, ray.d_size, strict=True)
     return [blurred_by(as_ball(x), as_ball(2 * size)) for x, size in pairs]
 
 
-def _values(first: First) -> dict[str, Any]:
-    """Of a primary ray; at a hit every quantity that follows is open until it is known."""
+def _values(first: FirstHit) -> dict[str, Any]:
+    """Values of a primary ray; at a hit all further quantities are open at first."""
     hit = {Answer.YES: True, Answer.NO: False, Answer.OPEN: None}[first.hit]
     values = {"hit": hit, "object": first.object, "triangle": first.face}
     return values if hit is False else values | dict.fromkeys(AT_A_HIT)
@@ -102,7 +102,7 @@ def _values(first: First) -> dict[str, Any]:
 def _point(
     scene: Scene, pixel: PixelAnswers, exact: ExactRay, ray: Ray, primitive: Primitive, t: Ball
 ) -> _Point:
-    """The point that a ray meets. Source: S5."""
+    """The point that a ray hits. Source: S5."""
     pixel.solution = primitive.solve(exact)
     M = [p + t * x for p, x in zip(ray.P0, ray.d, strict=True)]
     normal = primitive.normal_at(M)
@@ -123,14 +123,14 @@ def _put_shadows(scene: Scene, tracer: Tracer, points: Sequence[_Point]) -> None
 
 
 def _put_refractions(scene: Scene, tracer: Tracer, points: Sequence[_Point]) -> None:
-    """ϱ where there is an index of refraction, or total internal reflection. Source: S16."""
+    """ϱ, or total internal reflection, where there is an index of refraction. Source: S16."""
     passing = []
     for point in points:
         if point.ior is not None:
             total, direction = refracted(point.delta, point.normal, point.ior)
             point.answers.values["tir"] = None if total is None else int(total)
             if total:
-                point.answers.leave_out("refraction", "refraction_t")
+                point.answers.remove("refraction", "refraction_t")
                 point.answers.values["refraction_object"] = -1
             if direction is not None:
                 passing.append((point, direction))
@@ -138,12 +138,12 @@ def _put_refractions(scene: Scene, tracer: Tracer, points: Sequence[_Point]) -> 
 
 
 def _put_branches(
-    scene: Scene, tracer: Tracer, name: str, leaving: Sequence[tuple[_Point, list[Ball]]]
+    scene: Scene, tracer: Tracer, name: str, secondary: Sequence[tuple[_Point, list[Ball]]]
 ) -> None:
     """RT(M, direction, ε, ∞). Source: S14, S16."""
-    rays = [Ray(each_blurred(p.M), each_blurred(d), scene.epsilon) for p, d in leaving]
-    for (point, direction), first in zip(leaving, tracer.first(rays), strict=True):
+    rays = [Ray(each_blurred(p.M), each_blurred(d), scene.epsilon) for p, d in secondary]
+    for (point, direction), first in zip(secondary, tracer.first(rays), strict=True):
         values = {name: direction, f"{name}_object": first.object, f"{name}_t": first.t}
         point.answers.values |= values
         if first.hit is Answer.NO:
-            point.answers.leave_out(f"{name}_t")
+            point.answers.remove(f"{name}_t")

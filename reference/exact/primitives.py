@@ -1,4 +1,4 @@
-"""A scene's primitives for the judge: their float64 numbers, exact and as balls."""
+"""A scene's primitives for the judge: their float64 numbers as fractions and as balls."""
 
 from __future__ import annotations
 
@@ -22,15 +22,22 @@ from reference.exact.condition import (
     sphere_condition,
     triangle_condition,
 )
-from reference.exact.shapes import MISSED, Meeting, Ray, meet_polygon, meet_sphere, meet_triangle
+from reference.exact.shapes import (
+    MISSED,
+    Intersection,
+    Ray,
+    intersect_polygon,
+    intersect_sphere,
+    intersect_triangle,
+)
 
-#: Normals below this share of the product of two edges may be zero to minirt: 2⁻⁹⁰ of it, over
-#: the 4 ulp that `blurred_by` makes of a size.
+#: Normals below 2⁻⁹⁰ of the product of two edges may be zero to minirt; divided by the 4 ulp by
+#: which `blurred_by` multiplies a size.
 _DEGENERATE = 2.0**-90 / (BOUND * ULP)
 
 
 class ExactRay(NamedTuple):
-    """A primary ray as the scene's numbers make it: rationals, and how large d's terms are."""
+    """A primary ray from the scene's numbers: fractions, and the sizes of d's terms."""
 
     P0: list[Any]
     d: list[Any]
@@ -61,16 +68,16 @@ class SpherePrimitive:
     def _balls(self) -> tuple[list[Ball], Ball]:
         return known(self.center), known([self.radius])[0]
 
-    def meet(self, ray: Ray) -> Meeting:
-        """Whether a ray meets it. Source: S8."""
-        return meet_sphere(ray, *self._balls)
+    def intersect(self, ray: Ray) -> Intersection:
+        """Whether a ray hits it. Source: S8."""
+        return intersect_sphere(ray, *self._balls)
 
     def normal_at(self, M: Vector) -> list[Ball]:
         """(M − C)/‖M − C‖. Source: S8."""
         return unit(minus(M, [as_ball(x) for x in rationals(self.center)]))
 
     def solve(self, ray: ExactRay) -> Solution:
-        """The smallest positive root of a ray that has one: rationals up to the square root."""
+        """The smallest positive root of a ray that has one: fractions up to the square root."""
         C, (R,) = rationals(self.center), rationals([self.radius])
         L = minus(C, ray.P0)
         a, b, c = dot(ray.d, ray.d), dot(ray.d, L), dot(L, L) - R * R
@@ -96,18 +103,18 @@ class TrianglePrimitive:
     def _normal(self) -> list[Ball]:
         return _sum_of_fan(self.points)
 
-    def meet(self, ray: Ray) -> Meeting:
-        """Whether a ray meets it; a degenerate triangle never does. Source: S9."""
+    def intersect(self, ray: Ray) -> Intersection:
+        """Whether a ray hits it; a degenerate triangle never does. Source: S9."""
         if not any(self._normal):
             return MISSED
-        return meet_triangle(ray, self._corners, self._normal, self.face)
+        return intersect_triangle(ray, self._corners, self._normal, self.face)
 
     def normal_at(self, M: Vector) -> list[Ball]:
         """The unit normal of the right-hand rule, the same everywhere. Source: S9."""
         return unit(self._normal)
 
     def solve(self, ray: ExactRay) -> Solution:
-        """t of the plane of a ray that is not parallel to it: rationals throughout."""
+        """t of the plane of a ray that is not parallel to it: fractions throughout."""
         a, b, c = (rationals(row) for row in self.points)
         N = cross(minus(b, a), minus(c, a))
         t = as_ball(dot(minus(a, ray.P0), N) / dot(ray.d, N))
@@ -130,16 +137,16 @@ class PolygonPrimitive:
     def _normal(self) -> list[Ball]:
         return _sum_of_fan(self.points)
 
-    def meet(self, ray: Ray) -> Meeting:
-        """Whether a ray meets it. Source: S10, S11."""
-        return meet_polygon(ray, self._corners, self._normal)
+    def intersect(self, ray: Ray) -> Intersection:
+        """Whether a ray hits it. Source: S10, S11."""
+        return intersect_polygon(ray, self._corners, self._normal)
 
     def normal_at(self, M: Vector) -> list[Ball]:
         """The plane's unit normal of the right-hand rule. Source: S10."""
         return unit(self._normal)
 
     def solve(self, ray: ExactRay) -> Solution:
-        """t of the plane of a ray that is not parallel to it: rationals throughout. Source: S10."""
+        """t of the plane of a ray that is not parallel to it: fractions throughout. Source: S10."""
         P = [rationals(row) for row in self.points]
         p = [sum(column) for column in zip(*fan_normals(P), strict=True)]
         t = as_ball(dot(minus(P[0], ray.P0), p) / dot(ray.d, p))
@@ -163,10 +170,10 @@ def primitives(scene: Scene) -> Iterator[Primitive]:
 
 
 def _sum_of_fan(points: Floats) -> list[Ball]:
-    """The normal of a triangle or polygon, give or take 4 ulp of the fan's normals it is made of.
+    """The normal of a triangle or polygon, within 4 ulp of the fan's normals that it sums up.
 
-    And 2⁻⁹⁰ of the largest product of edges: a triangle whose normal is below that is degenerate
-    to minirt. Where the normal is exactly zero it stays so.
+    Also within 2⁻⁹⁰ of the largest product of edges: a triangle with a smaller normal is
+    degenerate to minirt. A normal that is exactly zero stays zero.
     """
     P = [rationals(row) for row in points]
     columns = list(zip(*fan_normals(P), strict=True))

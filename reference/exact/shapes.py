@@ -1,6 +1,6 @@
-"""Whether a ray whose numbers are balls meets a shape, does not, or cannot be told to.
+"""Whether a ray whose numbers are balls hits a shape, misses it, or neither is certain.
 
-The lecture's equations, as they stand: what cancels in float64 does no harm to balls of 128 bits.
+The lecture's equations as they stand: cancellation does no harm to balls of 128 bits.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from reference.exact.condition import Vector, cross, dot, minus
 
 
 class Answer(Enum):
-    """Of a question to balls."""
+    """The answer to a question about balls."""
 
     YES = "yes"
     NO = "no"
@@ -29,19 +29,19 @@ class Ray(NamedTuple):
     t0: float
 
 
-class Meeting(NamedTuple):
-    """Whether a ray meets a shape, with which t if it does, and in which face (None: open)."""
+class Intersection(NamedTuple):
+    """Whether a ray hits a shape, at which t, and in which face (None: open)."""
 
     answer: Answer
     t: Ball
     face: int | None
 
 
-MISSED = Meeting(Answer.NO, None, None)
+MISSED = Intersection(Answer.NO, None, None)
 
 
-def meet_sphere(ray: Ray, C: Vector, R: Ball) -> Meeting:
-    """The smallest root that counts. Source: S8."""
+def intersect_sphere(ray: Ray, C: Vector, R: Ball) -> Intersection:
+    """The smallest root within the ray's interval. Source: S8."""
     L = minus(C, ray.P0)
     a, b = dot(ray.d, ray.d), dot(ray.d, L)
     k = b / a
@@ -50,7 +50,7 @@ def meet_sphere(ray: Ray, C: Vector, R: Ball) -> Meeting:
     if quarter_delta < 0:
         return MISSED
     if not quarter_delta > 0:
-        # a tangent, or nearly one: both roots are somewhere around k
+        # a tangent, or nearly one: both roots are close to k
         half = quarter_delta.upper().sqrt() / a
         return _counted(Answer.OPEN, blurred((k - half).union(k + half)), 0, ray.t0)
     half = quarter_delta.sqrt() / a
@@ -61,10 +61,10 @@ def meet_sphere(ray: Ray, C: Vector, R: Ball) -> Meeting:
     if near.answer is Answer.NO:
         return far
     both = near.t if far.answer is Answer.NO else near.t.union(far.t)
-    return Meeting(Answer.OPEN, both, 0)
+    return Intersection(Answer.OPEN, both, 0)
 
 
-def meet_triangle(ray: Ray, corners: Sequence[Vector], N: Vector, face: int) -> Meeting:
+def intersect_triangle(ray: Ray, corners: Sequence[Vector], N: Vector, face: int) -> Intersection:
     """Inside where the three weights have one sign. Source: S9."""
     A, B, C = (minus(corner, ray.P0) for corner in corners)
     weights = [dot(ray.d, cross(C, B)), dot(ray.d, cross(A, C)), dot(ray.d, cross(B, A))]
@@ -74,11 +74,10 @@ def meet_triangle(ray: Ray, corners: Sequence[Vector], N: Vector, face: int) -> 
     return _counted(inside, blurred(dot(A, N) / dot(ray.d, N)), face, ray.t0)
 
 
-def meet_polygon(ray: Ray, corners: Sequence[Vector], p: Vector) -> Meeting:
+def intersect_polygon(ray: Ray, corners: Sequence[Vector], p: Vector) -> Intersection:
     """The plane's t (S10), and the fan's first triangle that holds the point. Source: S11.
 
-    A ray through a diagonal of the fan is inside the polygon all the same: there only the
-    triangle is open.
+    A ray through a diagonal of the fan is inside the polygon: only its triangle is open.
     """
     V = [minus(corner, ray.P0) for corner in corners]
     rim = [dot(ray.d, cross(V[k + 1], V[k])) for k in range(1, len(V) - 1)]
@@ -101,9 +100,9 @@ def _one_sign(weights: Sequence[Ball]) -> Answer:
     return Answer.NO if any(positive) and any(negative) else Answer.OPEN
 
 
-def _counted(inside: Answer, t: Ball, face: int | None, t0: float) -> Meeting:
+def _counted(inside: Answer, t: Ball, face: int | None, t0: float) -> Intersection:
     """t ∈ [t0, ∞) and t > 0. Source: S6."""
     if t < t0 or t <= 0:
         return MISSED
     counts = t >= t0 and t > 0
-    return Meeting(inside if counts else Answer.OPEN, t, face)
+    return Intersection(inside if counts else Answer.OPEN, t, face)

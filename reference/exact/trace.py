@@ -1,7 +1,7 @@
-"""RT for rays whose numbers are balls: what is met first, as far as it can be told.
+"""RT for rays whose numbers are balls: the first hit, as far as it is certain.
 
-Which primitives a ray may meet is found in float64, with no tree: each primitive's bounding
-sphere is measured against each ray, with room for the errors of both.
+The primitives that a ray may hit are found in float64 without a tree: each primitive's bounding
+sphere is tested against each ray, with a margin for the errors of both.
 """
 
 from __future__ import annotations
@@ -15,28 +15,28 @@ from minirt.scene import Scene
 from minirt.vectors import Floats, dot, norm
 from reference.exact.balls import Ball, middle, radius
 from reference.exact.primitives import Primitive, SpherePrimitive, primitives
-from reference.exact.shapes import Answer, Meeting, Ray
+from reference.exact.shapes import Answer, Intersection, Ray
 
-#: Ray–primitive pairs measured in one pass.
+#: Ray–primitive pairs tested in one pass.
 _PAIRS = 2**20
-#: Room around every bounding sphere, as a share of the largest coordinate: the difference of two
-#: squares in float64 can hide some 2⁻²⁵ of it.
-_ROOM = 2.0**-20
-#: A ray is lost when its balls are wider than this share of the same: the room would not hold it.
-_LOST = 2.0**-24
+#: Margin around every bounding sphere, as a share of the largest coordinate: the difference of two
+#: squares in float64 can be off by some 2⁻²⁵ of it.
+_MARGIN = 2.0**-20
+#: Largest radius of a ray's balls, as a share of the same: the margin would not hold larger ones.
+_WIDEST = 2.0**-24
 
 
-class First(NamedTuple):
-    """What a ray meets first.
+class FirstHit(NamedTuple):
+    """The first hit of a ray.
 
     Attributes
     ----------
     hit : Answer
     object, face : int or None
-        −1 for nothing; None: open.
+        −1 for nothing; None if open.
     t : Ball or None
     primitive : Primitive or None
-        The one that is met, where it is certain which; else None.
+        The one that is hit, if that is certain; else None.
     """
 
     hit: Answer
@@ -46,12 +46,12 @@ class First(NamedTuple):
     primitive: Primitive | None = None
 
 
-_NOTHING = First(Answer.NO, -1, -1)
-_OPEN = First(Answer.OPEN, None, None)
+_NOTHING = FirstHit(Answer.NO, -1, -1)
+_OPEN = FirstHit(Answer.OPEN, None, None)
 
 
 class Tracer:
-    """All primitives of a scene, to be met by rays."""
+    """Traces rays through all primitives of a scene."""
 
     def __init__(self, scene: Scene) -> None:
         self._primitives = list(primitives(scene))
@@ -61,37 +61,39 @@ class Tracer:
         box = np.zeros((2, 3)) if scene.bounds is None else scene.bounds
         self._reach = float(max(np.abs(scene.screen.P0).max(), np.abs(box).max())) + scene.extent
 
-    def first(self, rays: Sequence[Ray]) -> list[First]:
+    def first(self, rays: Sequence[Ray]) -> list[FirstHit]:
         """RT of each ray. Source: S4, S6."""
         return [self._first(ray, near) for ray, near in self._candidates(rays)]
 
     def occluded(self, rays: Sequence[Ray]) -> list[Answer]:
-        """Whether each ray meets anything. Source: S12."""
+        """Whether each ray hits anything. Source: S12."""
         return [self._occluded(ray, near) for ray, near in self._candidates(rays)]
 
-    def _first(self, ray: Ray, near: list[tuple[float, int]] | None) -> First:
+    def _first(self, ray: Ray, near: list[tuple[float, int]] | None) -> FirstHit:
         if near is None:
             return _OPEN
-        possible: list[tuple[Primitive, Meeting]] = []
+        possible: list[tuple[Primitive, Intersection]] = []
         nearest: Ball | None = None
         for entry, number in near:
             if nearest is not None and nearest < entry:
                 break
             primitive = self._primitives[number]
-            meeting = primitive.meet(ray)
-            if meeting.answer is Answer.NO or (nearest is not None and meeting.t > nearest):
+            intersection = primitive.intersect(ray)
+            if intersection.answer is Answer.NO:
                 continue
-            possible.append((primitive, meeting))
-            if meeting.answer is Answer.YES and (nearest is None or meeting.t < nearest):
-                nearest = meeting.t
-        return _first_of(possible, nearest)
+            if nearest is not None and intersection.t > nearest:
+                continue
+            possible.append((primitive, intersection))
+            if intersection.answer is Answer.YES and (nearest is None or intersection.t < nearest):
+                nearest = intersection.t
+        return _nearest_of(possible, nearest)
 
     def _occluded(self, ray: Ray, near: list[tuple[float, int]] | None) -> Answer:
         if near is None:
             return Answer.OPEN
         answers = set()
         for _, number in near:
-            answers.add(self._primitives[number].meet(ray).answer)
+            answers.add(self._primitives[number].intersect(ray).answer)
             if Answer.YES in answers:
                 return Answer.YES
         return Answer.OPEN if Answer.OPEN in answers else Answer.NO
@@ -99,9 +101,9 @@ class Tracer:
     def _candidates(
         self, rays: Sequence[Ray]
     ) -> Iterator[tuple[Ray, list[tuple[float, int]] | None]]:
-        """Each ray with the primitives it may meet, by the least t at which it may meet them.
+        """Each ray with the primitives that it may hit, sorted by the least t of such a hit.
 
-        None in place of the primitives for a ray that is not known well enough to be placed.
+        None instead of the primitives for a ray whose balls are too large.
         """
         size = max(1, _PAIRS // max(1, len(self._primitives)))
         for start in range(0, len(rays), size):
@@ -109,12 +111,12 @@ class Tracer:
             P0 = np.array([[middle(x) for x in ray.P0] for ray in chunk]).T
             d = np.array([[middle(x) for x in ray.d] for ray in chunk]).T
             for ray, near in zip(chunk, self._near(P0, d), strict=True):
-                yield ray, near if self._placed(ray) else None
+                yield ray, near if self._is_narrow(ray) else None
 
-    def _placed(self, ray: Ray) -> bool:
-        """Whether a ray's balls are small enough for the room; d's turn it about its origin."""
+    def _is_narrow(self, ray: Ray) -> bool:
+        """Whether a ray's balls fit into the margin; those of d turn it about its origin."""
         turn = max(map(radius, ray.d)) / max(abs(middle(x)) for x in ray.d)
-        return bool(turn * self._reach + max(map(radius, ray.P0)) < _LOST * self._reach)
+        return bool(turn * self._reach + max(map(radius, ray.P0)) < _WIDEST * self._reach)
 
     def _near(self, P0: Floats, d: Floats) -> list[list[tuple[float, int]]]:
         if not self._primitives:
@@ -122,7 +124,7 @@ class Tracer:
         length = norm(d)
         ahead = ((d / length).T @ self._center) - (dot(P0, d) / length)[:, None]
         apart = dot(self._center, self._center) - 2.0 * (P0.T @ self._center) + dot(P0, P0)[:, None]
-        bound = self._radius + _ROOM * self._reach
+        bound = self._radius + _MARGIN * self._reach
         meets = (apart - ahead * ahead <= bound * bound) & (ahead >= -bound)
         found: list[list[tuple[float, int]]] = [[] for _ in range(P0.shape[1])]
         for ray, number in zip(*(axis.tolist() for axis in np.nonzero(meets)), strict=True):
@@ -131,16 +133,16 @@ class Tracer:
         return [sorted(near) for near in found]
 
 
-def _first_of(possible: list[tuple[Primitive, Meeting]], nearest: Ball | None) -> First:
-    """The answer, from the meetings that may come first and the t of one that surely counts."""
+def _nearest_of(possible: list[tuple[Primitive, Intersection]], nearest: Ball | None) -> FirstHit:
+    """The first hit, from those that are possible and the t of the nearest certain one."""
     if nearest is None:
         return _OPEN if possible else _NOTHING
     rivals = [(p, m) for p, m in possible if not m.t > nearest]
     if len(rivals) == 1:
-        primitive, meeting = rivals[0]
-        return First(Answer.YES, primitive.object, meeting.face, meeting.t, primitive)
+        primitive, intersection = rivals[0]
+        return FirstHit(Answer.YES, primitive.object, intersection.face, intersection.t, primitive)
     objects = {primitive.object for primitive, _ in rivals}
-    return First(Answer.YES, objects.pop() if len(objects) == 1 else None, None)
+    return FirstHit(Answer.YES, objects.pop() if len(objects) == 1 else None, None)
 
 
 def _bounding_sphere(primitive: Primitive) -> tuple[Floats, float]:

@@ -30,8 +30,8 @@ from reference.exact.condition import (
     dot,
     fan_normals,
     minus,
-    moved,
     polygon_condition,
+    sensitivity,
     sphere_condition,
     triangle_condition,
     triangle_weights,
@@ -179,7 +179,12 @@ def test_sphere_hit_or_miss_agrees_with_rational_arithmetic(family: str) -> None
         g = b * b - a * (dot(L, L) - r * r)
         by_center = [2 * (b * x - a * y) for x, y in zip(e, L, strict=True)]
         by_d = [2 * (b * y - x * (dot(L, L) - r * r)) for x, y in zip(e, L, strict=True)]
-        movement = moved(by_center, c) + moved(by_center, p) + moved(by_d, e) + 2 * a * r * r
+        movement = (
+            sensitivity(by_center, c)
+            + sensitivity(by_center, p)
+            + sensitivity(by_d, e)
+            + 2 * a * r * r
+        )
         if abs(g) > Fraction(4 * ULP) * movement:
             decided += 1
             assert found[k] == (g > 0)
@@ -334,8 +339,8 @@ def _moves(P0: Vector, d: Vector, corners: Sequence[Vector]) -> list[Any]:
     for x, y, X, Y in ((B, C, b, c), (C, A, c, a), (A, B, a, b)):
         by_x, by_y = cross(d, y), cross(x, d)
         by_origin = [-p - q for p, q in zip(by_x, by_y, strict=True)]
-        movement = moved(cross(y, x), d) + moved(by_x, X) + moved(by_y, Y)
-        result.append(movement + moved(by_origin, P0))
+        movement = sensitivity(cross(y, x), d) + sensitivity(by_x, X) + sensitivity(by_y, Y)
+        result.append(movement + sensitivity(by_origin, P0))
     return result
 
 

@@ -22,8 +22,8 @@ from minirt import load_scene
 from minirt.quantities import QUANTITIES
 from minirt.scene_file.atlas import atlas_names
 from reference.compare.check import Check, without_answer
-from reference.exact.choice import SAMPLE
 from reference.exact.condition import BOUND
+from reference.exact.sampling import SAMPLE
 from reference.registry import REFERENCES
 from reference.traceability import trace_rules
 from tests.helpers.atlas_verdicts import (

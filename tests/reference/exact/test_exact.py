@@ -24,10 +24,16 @@ from minirt.vectors import Bools, Floats, dot
 from reference.compare.comparison import Comparison
 from reference.exact import JUDGED, Judgement, judge_pixels, pixels_to_judge
 from reference.exact.balls import known, precision
-from reference.exact.choice import SAMPLE
 from reference.exact.condition import ULP
 from reference.exact.pixel import exact_pixels, exact_ray
-from reference.exact.shapes import Answer, Ray, meet_polygon, meet_sphere, meet_triangle
+from reference.exact.sampling import SAMPLE
+from reference.exact.shapes import (
+    Answer,
+    Ray,
+    intersect_polygon,
+    intersect_sphere,
+    intersect_triangle,
+)
 from reports.results.record import judgement_model
 from reports.results.words import judgement_in_words
 
@@ -131,7 +137,7 @@ def test_a_planted_fault_is_convicted(name: str) -> None:
     frame = minirt.render(of, SLIDES.replace(**{rule: wrong}), quantities=JUDGED)
     judgement = judge_pixels(of, frame, pixels_to_judge(of, {}))
     assert quantities <= {opinion.quantity for opinion in judgement.convictions}
-    assert "convicts minirt" in judgement_in_words(judgement)
+    assert "contradicts minirt" in judgement_in_words(judgement)
 
 
 @pytest.mark.parametrize(
@@ -182,9 +188,9 @@ def test_a_tangent_ray_is_open() -> None:
     of = scene(ball((1, 0, 0)), screen=SCREEN | {"nx": 31})
     ray = Ray(known((0, 0, 5)), known((0, 0, -1)), 0.0)
     with precision():
-        assert meet_sphere(ray, known((1, 0, 0)), arb(1)).answer is Answer.OPEN
-        assert meet_sphere(ray, known((1, 0, 0)), arb(1 + 1e-14)).answer is Answer.YES
-        assert meet_sphere(ray, known((1, 0, 0)), arb(1 - 1e-14)).answer is Answer.NO
+        assert intersect_sphere(ray, known((1, 0, 0)), arb(1)).answer is Answer.OPEN
+        assert intersect_sphere(ray, known((1, 0, 0)), arb(1 + 1e-14)).answer is Answer.YES
+        assert intersect_sphere(ray, known((1, 0, 0)), arb(1 - 1e-14)).answer is Answer.NO
     assert judge_pixels(of, minirt.render(of), every_pixel(of)).convictions == ()
 
 
@@ -247,16 +253,16 @@ def test_balls_hold_what_any_rounding_of_the_inputs_gives() -> None:
         with precision():
             normal = [arb(x, 1e-12) for x in np.cross(corners[1] - corners[0], corners[2] - M)]
             rows = [known(row) for row in corners]
-            ball_ = meet_sphere(ray, known(C), known([R])[0])
+            ball_ = intersect_sphere(ray, known(C), known([R])[0])
             near = minirt.intersect_sphere(P, e, (C * moves[2])[:, None], np.array([R])).near[0]
             far = minirt.intersect_sphere(P, e, (C * moves[2])[:, None], np.array([R])).far[0]
             if ball_.answer is Answer.YES:
                 assert ball_.t.contains(arb(float(near if near > 0 else far)))
                 inside += 1
-            flat = meet_triangle(ray, rows, normal, 0)
+            flat = intersect_triangle(ray, rows, normal, 0)
             assert flat.answer is not Answer.NO
             assert minirt.intersect_triangle(P, e, a, b, c).case[0] == 0
-            many = meet_polygon(ray, rows, normal)
+            many = intersect_polygon(ray, rows, normal)
             assert many.answer is flat.answer
     assert inside > 150
 

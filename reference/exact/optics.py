@@ -1,4 +1,4 @@
-"""S14–S16 in balls: the directions that leave a surface, as far as they can be told."""
+"""S14–S16 in ball arithmetic: the directions in which rays leave a surface."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def refracted(delta: Vector, s: Vector, ior: float) -> tuple[bool | None, list[B
 
 
 def _cosine(delta: Vector, s: Vector) -> tuple[Ball, Ball]:
-    """δ·s, give or take 4 ulp of its terms, and the sum of their sizes."""
+    """δ·s within 4 ulp of its terms, and the sum of their sizes."""
     terms = [x * y for x, y in zip(delta, s, strict=True)]
     size = abs(terms[0]) + abs(terms[1]) + abs(terms[2])
     return blurred_by(terms[0] + terms[1] + terms[2], size), size

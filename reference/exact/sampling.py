@@ -1,4 +1,4 @@
-"""Which pixels of a scene come before the judge."""
+"""Choose the pixels of a scene that the judge examines."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from minirt.scene import Scene
 from reference.compare.comparison import Comparison
 
-#: Pixels of the seeded sample, and the most that dissenting references bring before the judge.
+#: Pixels of the seeded sample, and the largest number that are added because references dissent.
 SAMPLE, MOST_DISSENTING = 500, 500
 
 
@@ -18,8 +18,8 @@ def pixels_to_judge(
 ) -> list[tuple[int, int]]:
     """Pixels (row from the TOP, column), in the order of the image, each once.
 
-    Those at which a reference dissents where its own error leaves the answer certain; the worst
-    of each quantity and reference; and a sample of `SAMPLE` or all.
+    Certain pixels at which a reference dissents; the worst pixel of each quantity and reference;
+    and a random sample of `SAMPLE` pixels, or all if there are fewer.
 
     Parameters
     ----------
