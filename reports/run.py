@@ -104,25 +104,12 @@ def run_verify(
     """
     folder = made_folder(Path(out_dir))
     start, origin = time.perf_counter(), provenance()
-    callbacks = replace(
-        options.comparison.callbacks,
-        details=details_of,
-        draw=agreement_thumbnail,
-        thumbnail=frame_thumbnail,
-    )  # fmt: skip
-    results = []
-    comparison = replace(options.comparison, callbacks=callbacks)
-    for result in verify(scenes, references, comparison, cluster):
-        results.append(result)
-        if progress is not None:
-            progress(len(results), len(scenes))
-    if cluster is not None:
-        results.sort(key=lambda result: scenes.index(result.scene))
+    results = _compared(scenes, references, options.comparison, progress, cluster)
     names = [reference.name for reference in references]
-    remarks = _kept(results)
+    remarks = _frames_of_earlier_runs(results)
     if options.baseline is not None:
-        results, said = options.baseline.applied(results)
-        remarks += [f"Baseline: {remark}" for remark in said]
+        results, of_entries = options.baseline.applied(results)
+        remarks += [f"Baseline: {remark}" for remark in of_entries]
     findings = findings_of(results, names)
     run = Run(
         findings=findings,
@@ -141,8 +128,30 @@ def run_verify(
     return run
 
 
-def _kept(results: Sequence[SceneResult]) -> list[str]:
-    """What was not rendered anew."""
+def _compared(
+    scenes: Sequence[Scene],
+    references: Sequence[Reference],
+    comparison: Options,
+    progress: Progress | None,
+    cluster: Cluster | None,
+) -> list[SceneResult]:
+    """Every scene's result in the order of the scenes, with what the page shows of it."""
+    callbacks = replace(
+        comparison.callbacks,
+        details=details_of,
+        draw=agreement_thumbnail,
+        thumbnail=frame_thumbnail,
+    )
+    results: list[SceneResult] = []
+    for result in verify(scenes, references, replace(comparison, callbacks=callbacks), cluster):
+        results.append(result)
+        if progress is not None:
+            progress(len(results), len(scenes))
+    return results if cluster is None else sorted(results, key=lambda r: scenes.index(r.scene))
+
+
+def _frames_of_earlier_runs(results: Sequence[SceneResult]) -> list[str]:
+    """How many frames of references were not rendered again."""
     answers = [answer for result in results for answer in result.references]
     kept = sum(answer.kept for answer in answers)
     if not kept:
@@ -156,7 +165,8 @@ def _kept(results: Sequence[SceneResult]) -> list[str]:
 def write_reports(run: Run) -> None:
     """Write every report of a run into its folder, each whole or not at all.
 
-    All are made before the first is written, so that a folder hardly ever holds those of two runs.
+    All are made before the first is written, so that a folder hardly ever holds those of two
+    runs.
     """
     made = {name: make(run) for name, make in REPORTS.items()}
     for name, text in made.items():

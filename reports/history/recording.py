@@ -11,8 +11,8 @@ from minirt.errors import InputError
 from minirt.scene import Scene
 from reference.source import Reference
 from reports.history import HISTORY_FILE
-from reports.history.entry import entry_of
-from reports.history.previous import PreviousRun
+from reports.history.entry import entry_of, kept_name, series_of
+from reports.history.previous import Point, PreviousRun
 from reports.results.provenance import without_passwords
 from reports.results.record import Run, results_document
 from reports.results.words import one_line
@@ -20,6 +20,9 @@ from reports.run import made_folder
 
 if TYPE_CHECKING:
     from reports.history.store import History
+
+#: Newest runs of a scene that the report of a run shows.
+MOST_POINTS = 60
 
 
 @contextmanager
@@ -54,12 +57,43 @@ def previous_run_of(
     references: Sequence[Reference],
     judged: str = "",
 ) -> PreviousRun | None:
-    """What a history knows of a run's scenes."""
+    """What a history knows of a run's scenes; None without a history."""
     if history is None:
         return None
     wanted = [(scene.name, scene.sha256) for scene in scenes]
     names = [reference.name for reference in references]
-    return history.previous_run(wanted, without_passwords(judged), names)
+    return previous_run(history, wanted, without_passwords(judged), names)
+
+
+def previous_run(
+    history: History, wanted: Sequence[tuple[str, str]], judged: str, references: Sequence[str]
+) -> PreviousRun:
+    """What is known of scenes before a run that is about to begin.
+
+    Parameters
+    ----------
+    history : History
+    wanted : sequence of (str, str)
+        Name and SHA-256 of each scene of the run.
+    judged, references
+        As of the run: only runs of its series are compared with it.
+    """
+    series = series_of(judged, list(map(kept_name, references)))
+    number = history.latest(series)
+    if number is None:
+        return PreviousRun(None, {}, {}, {})
+    last = history.entry(number)
+    names = {kept_name(name): name for name, _ in wanted}
+    found = history.trends(names, series, MOST_POINTS)
+    return PreviousRun(
+        last=Point(number, last.started, last.commit, last.outcome, None),
+        cells={
+            (names.get(cell.scene, cell.scene), cell.reference, cell.check.quantity): cell.check
+            for cell in last.cells()
+        },
+        scenes={names.get(scene.name, scene.name): scene.sha256 for scene in last.scenes},
+        trends={names[name]: points[series] for name, points in found.items()},
+    )
 
 
 def record_run(run: Run, history: History | None) -> tuple[int, list[str]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sqlite3
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
@@ -29,14 +29,11 @@ from sqlalchemy import (
 from sqlalchemy.exc import IntegrityError
 
 from minirt.errors import InputError
-from reports.history.entry import Entry, kept_name, series_of
+from reports.history.entry import Entry, kept_name
 from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, read_only, telling
-from reports.history.previous import Point, PreviousRun
+from reports.history.previous import Point
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
 from reports.history.tables import VERSION, VERSION_TABLE, answers, cells, runs, scenes
-
-#: Newest runs of a scene that a run is told of.
-MOST_POINTS = 60
 
 
 class History:
@@ -47,7 +44,7 @@ class History:
     target : str
         A SQLite file or any SQLAlchemy URL.
     create : bool
-        Begin a history where there is none; otherwise one that may only be read will do.
+        Begin a history where there is none; if not, one that may only be read suffices.
 
     Raises
     ------
@@ -57,26 +54,7 @@ class History:
 
     def __init__(self, target: str, *, create: bool = True) -> None:
         self._place: Place = place_of(target)
-        file = self._place.file
-        if file is not None and not create and not file.exists():
-            raise self._none()
-        if file is not None and not file.parent.is_dir():
-            raise InputError(
-                "not a place for a history", where=self.shown, got="no such folder",
-                expected="a file in a folder that exists",
-            )  # fmt: skip
-        reading = None if create else read_only(self._place)
-        self._engine: Engine = engine_of(reading or self._place)
-        with telling(self._place, "the history cannot be opened", "a history of minirt"):
-            found = _tables_version(self._engine)
-            if not create and found is None:
-                raise self._none()
-            if file is not None and reading is None:
-                _write_ahead(self._engine)
-            if found != VERSION:
-                from reports.history.migrate import bring_up_to_date  # alembic: slow to import
-
-                bring_up_to_date(self._engine, self._place)
+        self._engine: Engine = _opened(self._place, create)
 
     def __enter__(self) -> History:
         return self
@@ -87,7 +65,7 @@ class History:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database."""
+        """Close the database."""
         self._engine.dispose()
 
     @property
@@ -96,12 +74,7 @@ class History:
         return self._place.shown
 
     def append(self, entry: Entry) -> int:
-        """Add a run; one that is there already is not added again.
-
-        Returns
-        -------
-        int
-            The run's number.
+        """Add a run unless it is there already; give its number.
 
         Raises
         ------
@@ -111,10 +84,10 @@ class History:
         with telling(self._place, "the run cannot be recorded"):
             try:
                 with self._writing() as connection:
-                    return self._number(connection, entry) or _insert(connection, entry)
+                    return _same_run(connection, entry) or _insert(connection, entry)
             except IntegrityError:  # another process has just added the very same run
                 with self._engine.connect() as connection:
-                    number = self._number(connection, entry)
+                    number = _same_run(connection, entry)
                 if number is None:
                     raise
                 return number
@@ -128,20 +101,7 @@ class History:
             There is no such run.
         """
         with self._reading() as connection:
-            newest = connection.execute(select(func.max(runs.c.id))).scalar()
-            if newest is None:
-                raise InputError("holds no run yet", where=self.shown)
-            if word in ("latest", str(newest)):
-                return int(newest)
-            if word == "previous":
-                return self._previous(connection, int(newest))
-            known = select(runs.c.id).where(runs.c.id == int(word)) if _is_number(word) else None
-            if known is not None and connection.execute(known).scalar() is not None:
-                return int(word)
-        raise InputError(
-            "no such run", where=self.shown, got=repr(word)[:80],
-            expected=f"a number up to {newest}, latest, previous, or a results.json",
-        )  # fmt: skip
+            return _run_number(connection, word, self.shown)
 
     def entry(self, number: int) -> Entry:
         """A run with every cell."""
@@ -155,7 +115,7 @@ class History:
             return list(connection.execute(found).scalars())
 
     def latest(self, series: str | None = None, before: int | None = None) -> int | None:
-        """The number of the newest run, of all or of a series, before one or at all; or None."""
+        """The number of the newest run; of a series and before a run, where these are given."""
         with self._reading() as connection:
             asked = select(func.max(runs.c.id))
             asked = asked if series is None else asked.where(runs.c.series == series)
@@ -177,50 +137,12 @@ class History:
         most : int, optional
             The newest points of each scene, at most so many.
         """
-        found: dict[str, dict[str, tuple[Point, ...]]] = {}
         with self._reading() as connection:
-            for name in dict.fromkeys(map(kept_name, names)):
-                by_series: dict[str, list[Point]] = {}
-                for row in connection.execute(_points(name, series, most)):
-                    by_series.setdefault(row.series, []).append(_point(row))
-                if by_series:
-                    found[name] = {s: tuple(reversed(p)) for s, p in by_series.items()}
-        return found
-
-    def previous_run(
-        self, wanted: Sequence[tuple[str, str]], judged: str, references: Sequence[str]
-    ) -> PreviousRun:
-        """What is known of scenes before a run that is about to begin.
-
-        Parameters
-        ----------
-        wanted : sequence of (str, str)
-            Name and SHA-256 of each scene of the run.
-        judged, references
-            As of the run: only runs of its series are set beside it.
-        """
-        series = series_of(judged, list(map(kept_name, references)))
-        number = self.latest(series)
-        if number is None:
-            return PreviousRun(None, {}, {}, {})
-        last = self.entry(number)
-        real = {kept_name(name): name for name, _ in wanted}
-        found = self.trends(real, series, MOST_POINTS)
-        return PreviousRun(
-            last=Point(number, last.started, last.commit, last.outcome, None),
-            cells={
-                (real.get(cell.scene, cell.scene), cell.reference, cell.check.quantity): cell.check
-                for cell in last.cells()
-            },
-            scenes={real.get(scene.name, scene.name): scene.sha256 for scene in last.scenes},
-            trends={real[name]: points[series] for name, points in found.items()},
-        )
-
-    def _none(self) -> InputError:
-        return InputError(
-            "no history here", where=self.shown,
-            expected="--history with the file or URL that verify, gate or nightly wrote to",
-        )  # fmt: skip
+            return {
+                name: points
+                for name in dict.fromkeys(map(kept_name, names))
+                if (points := _points_by_series(connection, name, series, most))
+            }
 
     @contextmanager
     def _writing(self) -> Iterator[Connection]:
@@ -235,20 +157,82 @@ class History:
         with telling(self._place, what), self._engine.connect() as connection:
             yield connection
 
-    def _number(self, connection: Connection, entry: Entry) -> int | None:
-        found = connection.execute(select(runs.c.id).where(runs.c.digest == entry.digest)).scalar()
-        return None if found is None else int(found)
 
-    def _previous(self, connection: Connection, newest: int) -> int:
-        series = select(runs.c.series).where(runs.c.id == newest).scalar_subquery()
-        asked = select(func.max(runs.c.id)).where(runs.c.series == series, runs.c.id < newest)
-        found = connection.execute(asked).scalar()
-        if found is None:
-            raise InputError(
-                "no run before the latest compares the same", where=self.shown,
-                expected="a number, or a results.json",
-            )  # fmt: skip
-        return int(found)
+def _opened(place: Place, create: bool) -> Engine:
+    """An engine for a history whose tables are this version's."""
+    file = place.file
+    if file is not None and not create and not file.exists():
+        raise _no_history(place)
+    if file is not None and not file.parent.is_dir():
+        raise InputError(
+            "not a place for a history", where=place.shown, got="no such folder",
+            expected="a file in a folder that exists",
+        )  # fmt: skip
+    reading = None if create else read_only(place)
+    engine = engine_of(reading or place)
+    with telling(place, "the history cannot be opened", "a history of minirt"):
+        found = _tables_version(engine)
+        if not create and found is None:
+            raise _no_history(place)
+        if file is not None and reading is None:
+            _write_ahead(engine)
+        if found != VERSION:
+            from reports.history.migrate import bring_up_to_date  # alembic: slow to import
+
+            bring_up_to_date(engine, place)
+    return engine
+
+
+def _no_history(place: Place) -> InputError:
+    return InputError(
+        "no history here", where=place.shown,
+        expected="--history with the file or URL that verify, gate or nightly wrote to",
+    )  # fmt: skip
+
+
+def _same_run(connection: Connection, entry: Entry) -> int | None:
+    """The number of the very same run, where it is there already."""
+    found = connection.execute(select(runs.c.id).where(runs.c.digest == entry.digest)).scalar()
+    return None if found is None else int(found)
+
+
+def _run_number(connection: Connection, word: str, shown: str) -> int:
+    newest = connection.execute(select(func.max(runs.c.id))).scalar()
+    if newest is None:
+        raise InputError("holds no run yet", where=shown)
+    if word in ("latest", str(newest)):
+        return int(newest)
+    if word == "previous":
+        return _run_before(connection, int(newest), shown)
+    known = select(runs.c.id).where(runs.c.id == int(word)) if _is_number(word) else None
+    if known is not None and connection.execute(known).scalar() is not None:
+        return int(word)
+    raise InputError(
+        "no such run", where=shown, got=repr(word)[:80],
+        expected=f"a number up to {newest}, latest, previous, or a results.json",
+    )  # fmt: skip
+
+
+def _run_before(connection: Connection, newest: int, shown: str) -> int:
+    series = select(runs.c.series).where(runs.c.id == newest).scalar_subquery()
+    asked = select(func.max(runs.c.id)).where(runs.c.series == series, runs.c.id < newest)
+    found = connection.execute(asked).scalar()
+    if found is None:
+        raise InputError(
+            "no run before the latest compares the same", where=shown,
+            expected="a number, or a results.json",
+        )  # fmt: skip
+    return int(found)
+
+
+def _points_by_series(
+    connection: Connection, name: str, series: str | None, most: int | None
+) -> dict[str, tuple[Point, ...]]:
+    """The points of one scene, oldest first."""
+    found: dict[str, list[Point]] = {}
+    for row in connection.execute(_points(name, series, most)):
+        found.setdefault(row.series, []).append(_point(row))
+    return {name: tuple(reversed(points)) for name, points in found.items()}
 
 
 def _insert(connection: Connection, entry: Entry) -> int:

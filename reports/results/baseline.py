@@ -13,13 +13,12 @@ from datetime import date
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from converters.atomic import atomic_file
-from minirt.errors import InputError
 from reference.compare.check import Check, State
 from reference.verify.results import ReferenceResult, SceneResult
-from reports.results.json_model import Model, Natural
+from reports.results.json_model import Model, Natural, read_document
 
 #: States that a baseline can excuse.
 _EXCUSED: tuple[State, ...] = ("failed", "crashed", "timed out")
@@ -118,18 +117,8 @@ def read_baseline(path: Path, today: date) -> Baseline:
     InputError
         It cannot be read, or is no baseline.
     """
-    try:
-        model = BaselineModel.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise InputError(
-            "the baseline cannot be read", where=str(path), got=error.strerror or str(error)
-        ) from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        raise InputError(
-            f"not a baseline: {first['msg']}", where=f"{path}: {place}".rstrip(": ")
-        ) from None
+    source = "a file that minirt gate --update-baseline wrote"
+    model = read_document(path, BaselineModel, "a baseline", source)
     return Baseline(tuple(model.known), today)
 
 

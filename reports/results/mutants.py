@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from minirt.errors import InputError
 from minirt.quantities import Stage
 from reference.mutants.floor import Floor
 from reference.mutants.run import MutationRun
-from reports.results.json_model import Natural, spelled
+from reports.results.json_model import Natural, read_document, spelled
 
 
 class MutantRow(BaseModel):
@@ -57,19 +56,8 @@ def read_mutant_matrix(path: Path) -> MutantMatrix:
     InputError
         It cannot be read, or is something else.
     """
-    try:
-        return MutantMatrix.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise InputError(
-            "the mutants cannot be read", where=str(path), got=error.strerror or str(error)
-        ) from None
-    except ValidationError as error:
-        first: Any = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        raise InputError(
-            f"not what minirt mutants --json prints: {first['msg']}",
-            where=f"{path}: {place}".rstrip(": "),
-        ) from None
+    source = "what minirt mutants --json prints"
+    return read_document(path, MutantMatrix, "a matrix of mutants", source)
 
 
 def mutants_status(run: MutationRun) -> int:

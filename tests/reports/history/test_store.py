@@ -16,6 +16,7 @@ import pytest
 from minirt.errors import InputError
 from reports.history.entry import LONGEST_NAME, entry_of, kept_name, read_entry
 from reports.history.previous import Point
+from reports.history.recording import previous_run
 from reports.history.store import History
 from reports.results.record import results_document, results_json
 from reports.results.words import plain
@@ -93,13 +94,13 @@ def test_what_came_before_is_of_the_same_series(target: str) -> None:
     failing = {"state": "failed", "ratio": math.inf, "wrong": 7}
     with History(target) as history:
         wanted = [(scene.name, scene.sha256) for scene in entry().scenes]
-        nothing = history.previous_run(wanted, "", ["honest"])
+        nothing = previous_run(history, wanted, "", ["honest"])
         assert (nothing.last, nothing.cells, nothing.trends) == (None, {}, {})
         first = history.append(entry(1, started="2026-11-20T02:00:00+00:00", commit="a" * 40))
         second = history.append(with_cell(entry(2, commit="b" * 40), **failing))
         history.append(entry(3, judged="another"))
         history.append(entry(4, references=("honest", "more")))
-        before = history.previous_run([*wanted, ("new", "0" * 64)], "", ["honest"])
+        before = previous_run(history, [*wanted, ("new", "0" * 64)], "", ["honest"])
     assert before.last is not None
     assert (before.last.run, before.last.commit, before.last.ratio) == (second, "b" * 40, None)
     cell = sorted_cells(entry())[0].check.quantity
@@ -123,7 +124,7 @@ def test_a_hostile_name_is_found_again_under_its_own(target: str) -> None:
     run = troubled_run()
     with History(target) as history:
         history.append(entry_of(results_document(run)))
-        before = history.previous_run([(HOSTILE, "")], "", run.references)
+        before = previous_run(history, [(HOSTILE, "")], "", run.references)
     assert set(before.scenes) == {HOSTILE, "ball"}
     assert set(before.trends) == {HOSTILE}
     assert (HOSTILE, "honest", "hit") in before.cells

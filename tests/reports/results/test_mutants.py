@@ -74,7 +74,7 @@ def test_a_gate_shows_what_the_mutants_printed(
 def test_another_file_is_one_clear_error(text: str, tmp_path: Path) -> None:
     path = tmp_path / "x.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match="not what minirt mutants --json prints"):
+    with pytest.raises(InputError, match="expected what minirt mutants --json prints"):
         read_mutant_matrix(path)
     with pytest.raises(InputError, match="cannot be read"):
         read_mutant_matrix(tmp_path / "none.json")
