@@ -23,7 +23,7 @@ from reports.page.thumbnails import agreement_thumbnail, frame_thumbnail
 from reports.results.baseline import Baseline
 from reports.results.findings import findings_of
 from reports.results.junit import junit_xml
-from reports.results.mutants import MutantMatrix
+from reports.results.mutants import KillMatrix
 from reports.results.provenance import provenance, without_passwords
 from reports.results.record import Run, results_json
 from reports.results.summary import summary_markdown
@@ -57,7 +57,7 @@ class RunOptions:
         The implementation that is judged, as it was named; empty for minirt itself.
     previous : PreviousRun or None
         What a history knows of the scenes.
-    mutants : MutantMatrix or None
+    mutants : KillMatrix or None
         To be shown in the reports.
     """
 
@@ -66,7 +66,7 @@ class RunOptions:
     baseline: Baseline | None = None
     judged: str = ""
     previous: PreviousRun | None = None
-    mutants: MutantMatrix | None = None
+    mutants: KillMatrix | None = None
 
 
 def run_verify(

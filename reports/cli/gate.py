@@ -93,7 +93,7 @@ def gate(
     from reference.verify.options import Callbacks, Options
     from reports.history.recording import opened_history, previous_run_of, record_run
     from reports.inputs import cache_unless, chosen_scenes, scene_names
-    from reports.results.mutants import read_mutant_matrix
+    from reports.results.mutants import read_kill_matrix
     from reports.results.record import results_document
     from reports.run import RunOptions, run_verify
     from reports.terminal.results import print_run
@@ -108,7 +108,7 @@ def gate(
     for scene in loaded:
         judged.declare(scene)  # refused before anything is rendered
     known = _baseline(baseline, update)
-    kills = None if mutants is None else read_mutant_matrix(mutants)
+    kills = None if mutants is None else read_kill_matrix(mutants)
     name = subject.cmd or subject.python or str(subject.frames)
     with opened_history(history, not no_history, out) as kept:
         previous = previous_run_of(kept, loaded, [judged], name)

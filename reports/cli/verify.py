@@ -59,14 +59,14 @@ def verify(
     from reference.verify.options import Options
     from reports.history.recording import opened_history, previous_run_of, record_run
     from reports.inputs import cache_unless, chosen_scenes, cluster_at, references_of
-    from reports.results.mutants import read_mutant_matrix
+    from reports.results.mutants import read_kill_matrix
     from reports.results.record import results_document
     from reports.run import RunOptions, run_verify
     from reports.terminal.results import print_run
 
     chosen, required = references_of(names_in(reference), names_in(require))
     loaded = chosen_scenes(scenes)
-    kills = None if mutants is None else read_mutant_matrix(mutants)
+    kills = None if mutants is None else read_kill_matrix(mutants)
     with cluster_at(cluster) as workers, opened_history(history, not no_history, out) as kept:
         previous = previous_run_of(kept, loaded, chosen)
         with progress("verify") as tell:

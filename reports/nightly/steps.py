@@ -32,7 +32,7 @@ from reports.results.mutants import (
     mutants_document,
     mutants_sentence,
     mutants_status,
-    read_mutant_matrix,
+    read_kill_matrix,
 )
 from reports.results.words import count, one_line, share
 from reports.run import REPORTS, RunOptions, run_verify
@@ -87,7 +87,7 @@ def verify_step(night: Night, job: Job, history: History, tell: Progress) -> Ste
             Options(timeout=job.timeout, jobs=job.jobs),
             job.required,
             previous=previous_run_of(history, job.scenes, job.references),
-            mutants=read_mutant_matrix(kills) if kills.exists() else None,
+            mutants=read_kill_matrix(kills) if kills.exists() else None,
         )
         run_verify(
             job.scenes, job.references, night.folder, options, partial(tell, "verify"), job.cluster

@@ -1,4 +1,4 @@
-"""The mutant matrix: what a run of the mutants prints as JSON, and what a report shows of it."""
+"""The kill matrix: what a run of the mutants prints as JSON, and what a report shows of it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class MutantRow(BaseModel):
     found: Stage | None = Field(description="the first stage that wrong pixels are charged to")
 
 
-class MutantMatrix(BaseModel):
+class KillMatrix(BaseModel):
     """Every mutant that was run."""
 
     model_config = ConfigDict(frozen=True)
@@ -48,7 +48,7 @@ class MutantMatrix(BaseModel):
         )
 
 
-def read_mutant_matrix(path: Path) -> MutantMatrix:
+def read_kill_matrix(path: Path) -> KillMatrix:
     """What `minirt mutants --json` printed into a file.
 
     Raises
@@ -57,7 +57,7 @@ def read_mutant_matrix(path: Path) -> MutantMatrix:
         It cannot be read, or is something else.
     """
     source = "what minirt mutants --json prints"
-    return read_document(path, MutantMatrix, "a matrix of mutants", source)
+    return read_document(path, KillMatrix, "a matrix of mutants", source)
 
 
 def mutants_status(run: MutationRun) -> int:

@@ -13,7 +13,7 @@ from reference.source import AlongRay, Declared, NormalOffset
 from reference.verify.results import ReferenceResult, SceneResult
 from reports.history.previous import PreviousRun
 from reports.results.findings import Findings, SceneFindings
-from reports.results.mutants import MutantMatrix
+from reports.results.mutants import KillMatrix
 from reports.results.provenance import Provenance
 from reports.results.schema import (
     MOST_LISTED,
@@ -58,7 +58,7 @@ class Run:
         The implementation that a gate judged, as it was named; empty for minirt itself.
     previous : PreviousRun or None
         What the history knows of these scenes; None without a history.
-    mutants : MutantMatrix or None
+    mutants : KillMatrix or None
         Whether the checks notice known mistakes, where that was tried.
     """
 
@@ -72,7 +72,7 @@ class Run:
     remarks: tuple[str, ...] = ()
     judged: str = ""
     previous: PreviousRun | None = None
-    mutants: MutantMatrix | None = None
+    mutants: KillMatrix | None = None
 
     @property
     def results(self) -> tuple[SceneResult, ...]:

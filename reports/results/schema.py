@@ -15,7 +15,7 @@ from minirt.quantities import Stage
 from reference.compare.check import State
 from reports.results.cells import SceneState
 from reports.results.json_model import Model, Natural, Number
-from reports.results.mutants import MutantMatrix
+from reports.results.mutants import KillMatrix
 from reports.results.verdict import Outcome
 
 #: Version of the document; it grows by adding, and changes its number when it cannot.
@@ -205,7 +205,7 @@ class ResultsModel(Model):
     judged: str = Field(
         default="", description="the implementation that a gate judged; empty for minirt itself"
     )
-    mutants: MutantMatrix | None = Field(
+    mutants: KillMatrix | None = Field(
         default=None,
         description="whether the checks notice known mistakes; null: not tried for this report",
     )

@@ -1,4 +1,4 @@
-"""The mutant matrix in a report."""
+"""The kill matrix in a report."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from minirt.errors import InputError
 from minirt.quantities import STAGES
 from reports.cli.main import run
 from reports.page.report import report_html
-from reports.results.mutants import read_mutant_matrix
+from reports.results.mutants import read_kill_matrix
 from reports.results.record import results_document
 from tests.helpers.fake_references import small_scene
 from tests.helpers.places import HELPERS
@@ -38,7 +38,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_the_page_shows_the_matrix_when_it_was_run_and_nothing_otherwise(file: Path) -> None:
-    kills = read_mutant_matrix(file)
+    kills = read_kill_matrix(file)
     text = report_html(replace(good_run(), mutants=kills))
     assert "1 of 2 mutants killed, 1 by the stage that they really break" in text
     section = text[text.index('id="mutants"') :]
@@ -52,7 +52,7 @@ def test_the_page_shows_the_matrix_when_it_was_run_and_nothing_otherwise(file: P
 
 
 def test_results_hold_the_matrix_too(file: Path) -> None:
-    shown = replace(good_run(), mutants=read_mutant_matrix(file))
+    shown = replace(good_run(), mutants=read_kill_matrix(file))
     assert results_document(shown)["mutants"]["killed"] == 1
     assert results_document(good_run())["mutants"] is None
 
@@ -75,6 +75,6 @@ def test_another_file_is_one_clear_error(text: str, tmp_path: Path) -> None:
     path = tmp_path / "x.json"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="expected what minirt mutants --json prints"):
-        read_mutant_matrix(path)
+        read_kill_matrix(path)
     with pytest.raises(InputError, match="cannot be read"):
-        read_mutant_matrix(tmp_path / "none.json")
+        read_kill_matrix(tmp_path / "none.json")
