@@ -85,7 +85,7 @@ class Examination:
 
 
 def examine(
-    required: Sequence[str] = (), tell: Callable[[int, int], None] | None = None
+    required: Sequence[str] = (), progress: Callable[[int, int], None] | None = None
 ) -> Examination:
     """Look at the machine, the packages, and try every reference in a child process.
 
@@ -93,7 +93,7 @@ def examine(
     ----------
     required : sequence of str
         Names of references that must work.
-    tell : callable, optional
+    progress : callable, optional
         Called with references tried and references in all.
 
     Raises
@@ -105,8 +105,8 @@ def examine(
     trials = []
     for number, reference in enumerate(REFERENCES.values(), start=1):
         trials.append(attempt(reference, reference.name in names))
-        if tell is not None:
-            tell(number, len(REFERENCES))
+        if progress is not None:
+            progress(number, len(REFERENCES))
     return Examination(_machine(), tuple(_packages()), tuple(trials))
 
 

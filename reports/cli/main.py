@@ -30,7 +30,7 @@ from reports.cli.rules import rules
 from reports.cli.scenes import scenes
 from reports.cli.verify import verify
 from reports.terminal.console import print_json, stderr_console
-from reports.terminal.streams import let_go_of_unwritable, prepare
+from reports.terminal.streams import discard_unwritable_output, prepare
 
 app = typer.Typer(
     name="minirt",
@@ -91,7 +91,7 @@ def main() -> None:
     """Run the command that the process was started with, and end it with its exit status."""
     prepare()
     status = run(sys.argv[1:])
-    let_go_of_unwritable()
+    discard_unwritable_output()
     sys.exit(status)
 
 

@@ -82,7 +82,9 @@ def pixel_html(
         sentence=_sentence(explanation, opinion),
         wrong=opinion is not None and bool(opinion.first or opinion.trouble),
         who="" if opinion is None else opinion.name,
-        rows=_alone(explanation) if opinion is None or not opinion.rows else _both(opinion),
+        rows=_own_values(explanation)
+        if opinion is None or not opinion.rows
+        else _both_values(opinion),
         steps=[
             (
                 step.rule,
@@ -119,17 +121,17 @@ def _placed(thumbnail: Thumbnail, scene: Scene, column: int, row: int) -> dict[s
     }
 
 
-def _alone(explanation: Explanation) -> list[dict[str, Any]]:
-    """minirt's own values; where the steps tell of no such thing, there is none."""
-    told: dict[str, Any] = {}
+def _own_values(explanation: Explanation) -> list[dict[str, Any]]:
+    """minirt's own values; a quantity that no step computes is left out."""
+    found: dict[str, Any] = {}
     for step in explanation.steps:
         if step.rule == "S1" or step.title.startswith("object "):
             continue  # t is the screen's upper border there, or one candidate's own
-        told |= {k: v for k, v in step.values.items() if k in QUANTITIES and k not in told}
+        found |= {k: v for k, v in step.values.items() if k in QUANTITIES and k not in found}
     return [
-        {"quantity": name, "rule": QUANTITIES[name].rules[0], "ours": _lines(told[name])}
+        {"quantity": name, "rule": QUANTITIES[name].rules[0], "ours": _lines(found[name])}
         for name in CAUSAL
-        if name in told
+        if name in found
     ]
 
 
@@ -137,7 +139,7 @@ def _lines(value: Any) -> list[str]:
     return [spelled(x).strip() for x in (value if isinstance(value, tuple) else (value,))]
 
 
-def _both(opinion: SecondOpinion) -> list[dict[str, Any]]:
+def _both_values(opinion: SecondOpinion) -> list[dict[str, Any]]:
     rows = []
     for row in opinion.rows:
         discrete = QUANTITIES[row.quantity].discrete

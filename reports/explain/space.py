@@ -15,7 +15,7 @@ from minirt.screen import VirtualScreen
 
 Point = tuple[float, ...]
 
-#: Edges that are drawn of one object at most; of a finer one every so-manieth.
+#: Edges that are drawn of one object at most; of a finer one every k-th is.
 _MOST_EDGES = 400
 
 
@@ -43,7 +43,7 @@ class Line:
 
 
 def lines_of(scene: Scene, explanation: Explanation) -> tuple[Line, ...]:
-    """The rays that an explanation speaks of, in its order."""
+    """The rays of an explanation, in its order."""
     steps = {step.title: step.values for step in explanation.steps}
     ray = steps["the ray"]
     hit = steps["the first object hit"]

@@ -14,7 +14,7 @@ from minirt.explain.steps import Step, Value
 from reports.results.words import one_line
 from reports.terminal.console import console_on, indented, stdout_console
 
-#: Characters before a step's sentence; its numbers stand two further in.
+#: Characters before a step's sentence; its numbers are indented by two more.
 _INDENT = 5
 #: Digits of a vector's components: three of them fit a line of 80 beside their name.
 _DIGITS = 12
@@ -70,7 +70,7 @@ def _values(values: Mapping[str, Value]) -> Text:
 
 
 def _number(value: float, digits: int = 0) -> str:
-    """With a place for the sign; all digits that tell it from its neighbours, or fewer."""
+    """With a column for the sign; all digits that distinguish it from its neighbours, or fewer."""
     if math.isnan(value):
         return " none"
     if math.isinf(value):

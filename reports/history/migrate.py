@@ -1,4 +1,4 @@
-"""Bring a database to the tables of this version, one starter at a time."""
+"""Bring a database to the tables of this version, one process at a time."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Where a history lies: a SQLite file or any SQLAlchemy URL; and what goes wrong there, in words.
+"""Where a history is stored: a SQLite file or any SQLAlchemy URL; and what goes wrong there.
 
-No message shows a password, whatever a driver may say.
+No message shows a password, even where a driver's own does.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from minirt.errors import InputError
 from reports.results.words import one_line
 
 #: Seconds to wait for another writer, and for a server to answer.
-PATIENCE, CONNECTING = 60, 10
+LOCK_TIMEOUT, CONNECT_TIMEOUT = 60, 10
 #: Drivers that minirt knows how to bring, by the name of the database.
 _DRIVERS = {"postgresql": "postgresql+psycopg", "postgres": "postgresql+psycopg"}
 #: The execution option that says how a SQLite transaction begins.
@@ -32,7 +32,7 @@ _EXPECTED = "a file, or a URL as postgresql://user@host/database"
 
 @dataclass(frozen=True)
 class Place:
-    """Where a history lies.
+    """Where a history is stored.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ def place_of(target: str) -> Place:
         return _file(Path(url.database), url.database)
     url = url.set(drivername=_DRIVERS.get(url.drivername, url.drivername))
     if url.get_backend_name() == "postgresql":
-        url = url.update_query_dict({"connect_timeout": str(CONNECTING), **url.query})
+        url = url.update_query_dict({"connect_timeout": str(CONNECT_TIMEOUT), **url.query})
     return Place(url, _shown(url), None)
 
 
@@ -112,7 +112,7 @@ def engine_of(place: Place) -> Engine:
     except (NoSuchModuleError, ArgumentError) as error:
         raise InputError(
             "no such kind of database", where=place.shown,
-            got=said(error, place), expected=_EXPECTED,
+            got=driver_message(error, place), expected=_EXPECTED,
         ) from None  # fmt: skip
     if place.file is not None:
         event.listen(engine, "connect", _prepare)
@@ -121,17 +121,17 @@ def engine_of(place: Place) -> Engine:
 
 
 @contextmanager
-def telling(place: Place, what: str, expected: str = "") -> Iterator[None]:
-    """Whatever a database refuses becomes one clear error."""
+def database_errors(place: Place, what: str, expected: str = "") -> Iterator[None]:
+    """Turn every error of a database into one clear `InputError`."""
     try:
         yield
     except (SQLAlchemyError, sqlite3.Error, OverflowError) as error:
-        got = said(error, place)
+        got = driver_message(error, place)
         raise InputError(what, where=place.shown, got=got, expected=expected) from None
 
 
-def said(error: BaseException, place: Place) -> str:
-    """What a driver said, on one line and without a secret."""
+def driver_message(error: BaseException, place: Place) -> str:
+    """A driver's message, on one line and without a secret."""
     orig = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
     text = str(orig)
     for secret in _secrets(place.url):
@@ -168,9 +168,9 @@ def _secrets(url: URL) -> list[str]:
 
 
 def _prepare(connection: sqlite3.Connection, _: object) -> None:
-    """Let transactions begin when we say so, and wait for other writers."""
+    """Leave it to us when a transaction begins, and wait for other writers."""
     connection.isolation_level = None
-    connection.execute(f"PRAGMA busy_timeout = {PATIENCE * 1000}")
+    connection.execute(f"PRAGMA busy_timeout = {LOCK_TIMEOUT * 1000}")
     connection.execute("PRAGMA foreign_keys = ON")
 
 

@@ -30,7 +30,15 @@ from sqlalchemy.exc import IntegrityError
 
 from minirt.errors import InputError
 from reports.history.entry import Entry, kept_name
-from reports.history.place import BEGIN, PATIENCE, Place, engine_of, place_of, read_only, telling
+from reports.history.place import (
+    BEGIN,
+    LOCK_TIMEOUT,
+    Place,
+    database_errors,
+    engine_of,
+    place_of,
+    read_only,
+)
 from reports.history.previous import Point
 from reports.history.rows import answer_row, cell_row, entry_from, run_row, scene_row
 from reports.history.tables import VERSION, VERSION_TABLE, answers, cells, runs, scenes
@@ -81,7 +89,7 @@ class History:
         InputError
             The database refuses; nothing was added.
         """
-        with telling(self._place, "the run cannot be recorded"):
+        with database_errors(self._place, "the run cannot be recorded"):
             try:
                 with self._writing() as connection:
                     return _same_run(connection, entry) or _insert(connection, entry)
@@ -154,7 +162,7 @@ class History:
     @contextmanager
     def _reading(self) -> Iterator[Connection]:
         what = "the history cannot be read"
-        with telling(self._place, what), self._engine.connect() as connection:
+        with database_errors(self._place, what), self._engine.connect() as connection:
             yield connection
 
 
@@ -170,7 +178,7 @@ def _opened(place: Place, create: bool) -> Engine:
         )  # fmt: skip
     reading = None if create else read_only(place)
     engine = engine_of(reading or place)
-    with telling(place, "the history cannot be opened", "a history of minirt"):
+    with database_errors(place, "the history cannot be opened", "a history of minirt"):
         found = _tables_version(engine)
         if not create and found is None:
             raise _no_history(place)
@@ -286,7 +294,7 @@ def _tables_version(engine: Engine) -> str | None:
 
 def _write_ahead(engine: Engine) -> None:
     """Let readers of a SQLite file read while somebody writes; the file remembers it."""
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + LOCK_TIMEOUT
     connection = engine.raw_connection()
     try:
         while True:

@@ -10,7 +10,7 @@ The rule, stated once. A scene's trend changes
    or one outlier does not move; few runs tell little of it, and it counts for up to half as much
    again.
 
-Ratios below 1/1000 count as 1/1000: what far less than a tolerance does is nobody's news.
+Ratios below 1/1000 count as 1/1000: a change far below the tolerance does not matter.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from reports.results.words import times
 #: Least runs on each side of a step, and most that are looked at.
 LEAST, MOST = 3, 10
 #: Least factor of a step, and how many times the noise it must be.
-FACTOR, NOISES = 1.25, 4.0
+FACTOR, NOISE_FACTOR = 1.25, 4.0
 #: Beyond these, ratios are taken to be equal.
 LOWEST, HIGHEST = 1e-3, 1e6
 #: Standard deviation of one run, from the median of the jumps between neighbours: 1/(0.6745·√2).
@@ -107,7 +107,7 @@ def _split(logs: NDArray[np.float64], start: int, end: int) -> list[int]:
         return []
     noise = _FROM_JUMPS * float(np.median(np.abs(np.diff(part))))
     few = 1 + LEAST / len(part)
-    least = max(math.log(FACTOR), NOISES * noise * few)
+    least = max(math.log(FACTOR), NOISE_FACTOR * noise * few)
     clearest, size, spread = 0, least, math.inf
     for k in range(LEAST, len(part) - LEAST + 1):
         left, right = _sides(part, k)

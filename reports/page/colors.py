@@ -36,7 +36,7 @@ MASK_WORDS: dict[str, tuple[str, str, str]] = {
     "tir": ("no index", "goes through", "totally reflected"),
 }
 
-#: Objects and faces, again and again; neighbours differ in lightness too.
+#: Objects and faces, repeated after twelve; neighbours differ in lightness too.
 CATEGORIES = palette(
     "0072b2", "f0b83c", "1b4d3e", "e08bb4", "56b4e9", "8c3b12",
     "9bd3ae", "4b2a7b", "d55e00", "c9c3f0", "00735c", "f4e27a",

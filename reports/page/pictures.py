@@ -86,7 +86,7 @@ def shrink_factor(nx: int, ny: int, largest: tuple[int, int]) -> int:
 
 
 def shrunk(array: Array, factor: int) -> Array:
-    """Every factor-th pixel, each a pixel of the original: nothing is mixed."""
+    """Every factor-th pixel, each a pixel of the original: none are averaged."""
     rows, columns = (
         np.minimum(np.arange(0, side, factor) + factor // 2, side - 1) for side in array.shape[:2]
     )
@@ -134,7 +134,7 @@ def ratio_png(ratio: Floats, factor: int = 1) -> bytes:
     rows, columns = np.indices(index.shape)
     stripes = len(BANDS) + (rows + columns) // 2 % 2
     index = np.where(uncertain, stripes, index)
-    index = np.where(_ring(wrong), len(BANDS) + len(HATCH), index)
+    index = np.where(_outline(wrong), len(BANDS) + len(HATCH), index)
     return _indexed(index, np.concatenate((BANDS, HATCH, RING)))
 
 
@@ -152,7 +152,7 @@ def agreement_png(agree: NDArray[np.int64], differ: Bools, factor: int = 1) -> b
     """
     most = len(SOURCES) - 1
     fewest = -_pooled(-np.minimum(agree, most), factor)
-    index = np.where(_ring(_pooled(differ, factor)), len(SOURCES), fewest)
+    index = np.where(_outline(_pooled(differ, factor)), len(SOURCES), fewest)
     return _indexed(index, np.concatenate((SOURCES, RING)))
 
 
@@ -165,12 +165,12 @@ def _pooled(array: Array, factor: int) -> Array:
     return array
 
 
-def _ring(wrong: Bools) -> Bools:
+def _outline(wrong: Bools) -> Bools:
     line = max(1, max(wrong.shape) // _SIDES_PER_LINE)
-    return _grown(wrong, 3 * line) & ~_grown(wrong, 2 * line)
+    return _dilated(wrong, 3 * line) & ~_dilated(wrong, 2 * line)
 
 
-def _grown(mask: Bools, radius: int) -> Bools:
+def _dilated(mask: Bools, radius: int) -> Bools:
     """A mask (ny, nx) and all within `radius` columns and rows of it."""
     grown = mask.copy()
     for axis in (0, 1):

@@ -1,4 +1,4 @@
-"""How a pixel of a run is looked at again: a command, and a test, for people to copy."""
+"""How to look at a pixel of a run again: a command and a test, for people to copy."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from reports.gate.subject import Subject
 from reports.results.record import Run
 
 #: What stands for the pixel's column and row in a command and in a test.
-PLACES = ("COLUMN", "ROW")
+PLACEHOLDERS = ("COLUMN", "ROW")
 
 
 def rerun_command(run: Run, scene: Scene) -> str:
     """The command that explains a pixel of a scene; COLUMN and ROW stand for the pixel."""
-    words = ["minirt", "explain", source_of(run, scene), "--pixel", *PLACES, *_subject(run)]
+    words = ["minirt", "explain", source_of(run, scene), "--pixel", *PLACEHOLDERS, *_subject(run)]
     return shlex.join(words)
 
 
 def source_of(run: Run, scene: Scene) -> str:
-    """How the command line names a scene; SCENE.json where it was read from who knows where."""
+    """How the command line names a scene; SCENE.json where its file is not known."""
     if scene.name in atlas_names() and load_scene(f"atlas:{scene.name}").sha256 == scene.sha256:
         return f"atlas:{scene.name}"
     files = [word for word in shlex.split(run.provenance.command) if word.endswith(".json")]

@@ -1,4 +1,4 @@
-"""What the page shows of one scene: its rows of the matrix, its pictures, everybody's errors."""
+"""What the page shows of one scene: its matrix rows, its pictures, declared errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The templates of pages: whatever goes into one is text."""
+"""The templates of pages; every value put into one is shown as text, never as markup."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from reports.results.words import plain
 
 
-class _Tight(PackageLoader):
-    """Templates without the white space that their lines begin with, a twentieth of a page."""
+class _WithoutIndentation(PackageLoader):
+    """Templates without the indentation of their lines, which is a twentieth of a page."""
 
     def get_source(
         self, environment: Environment, template: str
@@ -21,15 +21,15 @@ class _Tight(PackageLoader):
 
 
 def template(name: str) -> Template:
-    """A template whose gaps take any text: markup and control characters do nothing."""
+    """A template; markup and control characters in its values have no effect."""
     return _environment().get_template(name)
 
 
 @cache
 def _environment() -> Environment:
-    """One a process: what it compiles it keeps."""
+    """One for the process: it keeps the templates that it has compiled."""
     return Environment(
-        loader=_Tight("reports.page"),
+        loader=_WithoutIndentation("reports.page"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -23,7 +23,7 @@ def junit_xml(run: Run) -> str:
 
     A check that failed is a failure; a quantity not given or not supported is skipped, with the
     reason; each case of a reference that crashed, timed out or is missing is an error. A missing
-    reference that is not required is skipped: it does not make the run red. What keeps a run
+    reference that is not required is skipped: it does not fail the run. What keeps a run
     from being complete is one more case, so that a run of 0 scenes cannot be taken for a pass.
     A reference's time for a scene is shared out among its cases.
     """
@@ -65,7 +65,7 @@ def _case(scene: str, answer: ReferenceResult, check: Check, required: bool) -> 
 
 
 def _judged(scene: str, judgement: Judgement, seconds: float) -> TestCase:
-    """minirt before the judge; all the time that minirt took for the scene is this case's."""
+    """minirt against exact arithmetic, with all the time that minirt took for the scene."""
     case = TestCase("exact arithmetic", f"{scene}.judge", seconds)
     if judgement.convictions:
         case.result = Failure(judgement_in_words(judgement), "convicted")

@@ -53,7 +53,7 @@ class Run:
     folder : Path
         Where the reports lie.
     remarks : tuple of str
-        What else is to be known of the run, in sentences: of its baseline, of what was kept.
+        Notes on the run, in sentences: on its baseline, on frames of earlier runs.
     judged : str
         The implementation that a gate judged, as it was named; empty for minirt itself.
     previous : PreviousRun or None

@@ -138,7 +138,7 @@ class JudgementModel(Model):
     pixels: Natural
     seconds: float
     counts: list[CountModel]
-    convicted: Natural = Field(description="answers that are certain and that minirt has not")
+    convicted: Natural = Field(description="certain exact answers that minirt does not give")
     convictions: list[OpinionModel] = Field(description=f"the first {MOST_LISTED}")
 
 
@@ -199,9 +199,7 @@ class ResultsModel(Model):
     references: list[str]
     provenance: ProvenanceModel
     scenes: list[SceneModel]
-    remarks: list[str] = Field(
-        default=[], description="what else is to be known of this run, in sentences"
-    )
+    remarks: list[str] = Field(default=[], description="notes on this run, in sentences")
     judged: str = Field(
         default="", description="the implementation that a gate judged; empty for minirt itself"
     )

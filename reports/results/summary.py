@@ -27,7 +27,7 @@ _SPECIAL = re.compile(r"([\\`*_\[\]#|~<>&$@])")
 
 
 def escaped(text: str) -> str:
-    """Text on one line that Markdown shows as it is, whatever it holds."""
+    """Text on one line that Markdown shows as it is, without markup."""
     return _SPECIAL.sub(r"\\\1", one_line(text)).replace("\\<", "&lt;").replace("\\&", "&amp;")
 
 
@@ -97,7 +97,7 @@ def _contradictions(run: Run) -> list[str]:
         for result in run.findings.contradicted
         if result.judgement is not None
     ]
-    head = ["## Against exact arithmetic", "", "| scene | the judge |", "|---|---|"]
+    head = ["## Against exact arithmetic", "", "| scene | result |", "|---|---|"]
     return [*head, *lines, ""] if lines else []
 
 
@@ -131,7 +131,7 @@ def _answer(found: AnswerFindings) -> str:
 
 
 def _gaps(run: Run) -> list[str]:
-    """Scenes that nobody compared, and what each reference does not give, with the reasons."""
+    """Scenes that no reference compared, what each reference does not give, and why."""
     scenes, found = run.findings.not_compared, run.findings.gaps
     lines = ["## Not compared", ""] if scenes or found else []
     lines += [f"- {escaped(line)}" for line in scenes] + ([""] if scenes else [])

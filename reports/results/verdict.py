@@ -69,7 +69,7 @@ def _troubles(
 ) -> Iterator[str]:
     for name in sorted(required - set(references)):
         yield f"{name} is required and was not chosen"
-    answered, silent = False, []
+    answered, without_answer = False, []
     for name in references:
         answers = [a for result in results for a in result.references if a.reference == name]
         compared = any(check.state in COMPARED for a in answers for check in a.checks)
@@ -84,17 +84,17 @@ def _troubles(
         if name in required and troubled["missing"]:
             yield f"{name} is missing ({one_line(troubled['missing'][0].checks[0].reason, 160)})"
         elif name in required and not compared and not any(troubled.values()):
-            silent.append(name)
-        elif name in required and (mute := sum(map(_gave_nothing, answers))):
-            yield f"{name} gave nothing on {_of(mute, len(results))}"
+            without_answer.append(name)
+        elif name in required and (number := sum(map(_gave_nothing, answers))):
+            yield f"{name} gave nothing on {_of(number, len(results))}"
     if not answered:
         yield "nothing was compared: " + _reasons(results)
     else:
-        yield from (f"{name} compared nothing" for name in silent)
+        yield from (f"{name} compared nothing" for name in without_answer)
 
 
 def _gave_nothing(answer: ReferenceResult) -> bool:
-    """Whether it could have answered, and did not; a scene that it cannot represent is another."""
+    """Whether it could have answered and did not; not where it cannot represent the scene."""
     states = {check.state for check in answer.checks}
     return "not given" in states and states <= {"not given", "not supported"}
 

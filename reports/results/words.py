@@ -10,7 +10,7 @@ from minirt.quantities import QUANTITIES
 from reference.compare.check import Check, State
 from reference.exact import Judgement, Opinion
 
-#: Every state a cell can have, worst news first.
+#: Every state a cell can have, worst first.
 STATES: tuple[State, ...] = (
     "failed", "crashed", "timed out", "missing", "known", "passed", "not supported", "not given",
 )  # fmt: skip
@@ -49,7 +49,7 @@ RULE_NAMES: dict[str, str] = {
     "E8": "sphere: the same roots, without the lost digits",
 }
 
-#: What XML forbids, what a terminal obeys, and half characters; line ends and tabs stay.
+#: Characters that XML forbids or a terminal obeys, and lone surrogates; not line ends and tabs.
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
 #: Marks that reorder the text around them.
 _DIRECTIONS = re.compile("[\u200e\u200f\u202a-\u202e\u2066-\u2069]")
@@ -189,7 +189,7 @@ def judgement_in_words(judgement: Judgement) -> str:
 
 
 def all_in_words(judgements: Sequence[Judgement]) -> str:
-    """All judgements of a run that convict nothing, in a clause; empty where there is none."""
+    """The judgements of a run that contradict nothing, in a clause; empty where there is none."""
     decided = sum(each.decided for judgement in judgements for each in judgement.counts)
     return f"exact arithmetic confirms {_answers(decided)}" if decided else ""
 

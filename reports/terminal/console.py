@@ -1,7 +1,7 @@
 """What goes to which stream: answers to standard output, all else to standard error.
 
 Colours and progress bars appear on a terminal only, and no colours where ``NO_COLOR`` is set.
-A reader that has gone away (``| head``) ends nothing and is no error.
+A pipe whose reader has ended (``| head``) is no error.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from reports.terminal.streams import let_go
+from reports.terminal.streams import discard_output
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 #: Columns of an answer that goes into a file or a pipe.
 _WIDTH = 100
 #: A progress bar in one colour.
-_CALM = {
+_PROGRESS_STYLES = {
     "bar.complete": "blue", "bar.finished": "blue", "bar.back": "dim",
     "progress.percentage": "none", "progress.elapsed": "dim",
 }  # fmt: skip
-#: Columns that a paragraph keeps on a narrow terminal.
+#: Least width of a paragraph, on however narrow a terminal.
 _NARROWEST = 20
 
 
@@ -42,7 +42,7 @@ def stderr_console() -> Console:
 
 def print_json(document: Any) -> None:
     """Print one JSON document on standard output; it must hold no NaN and no infinity."""
-    with _reader(sys.stdout):
+    with _broken_pipe_ignored(sys.stdout):
         text = json.dumps(document, indent=2, allow_nan=False)
         sys.stdout.write(text + "\n")
         sys.stdout.flush()
@@ -50,7 +50,7 @@ def print_json(document: Any) -> None:
 
 @contextmanager
 def progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on a terminal, nothing elsewhere; yields what is to be told (done, total)."""
+    """A progress bar on a terminal, nothing elsewhere; yields what to call with (done, total)."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     console = stderr_console()
@@ -81,13 +81,13 @@ def console_on(stream: TextIO) -> Console:
     from rich.console import Console
     from rich.theme import Theme
 
-    class Quiet(Console):
+    class PipeConsole(Console):
         def on_broken_pipe(self) -> None:
-            let_go(stream)
+            discard_output(stream)
 
-    return Quiet(
+    return PipeConsole(
         file=stream,
-        theme=Theme(_CALM),
+        theme=Theme(_PROGRESS_STYLES),
         color_system=None if os.environ.get("NO_COLOR") else "auto",
         highlight=False,
         markup=False,
@@ -97,8 +97,8 @@ def console_on(stream: TextIO) -> Console:
 
 
 @contextmanager
-def _reader(stream: TextIO) -> Iterator[None]:
+def _broken_pipe_ignored(stream: TextIO) -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
-        let_go(stream)
+        discard_output(stream)

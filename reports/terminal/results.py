@@ -44,32 +44,32 @@ def print_run(run: Run, console: Console) -> None:
     findings = run.findings
     if findings.scenes:
         console.print(_table(run))
-    groups = _alike(findings.failing)
+    groups = _grouped(findings.failing)
     for group in groups[:MOST_LINES]:
-        _say(console, _failure(group))
+        _print_line(console, _failure(group))
     if len(groups) > MOST_LINES:
-        _say(console, Text(f"  … and {len(groups) - MOST_LINES} more in the report", "dim"))
+        _print_line(console, Text(f"  … and {len(groups) - MOST_LINES} more in the report", "dim"))
     for each in findings.diagnoses[:MOST_LINES]:
-        _say(console, Text(f"→ {one_line(each.scene)} × {each.reference}: {each.words}"))
+        _print_line(console, Text(f"→ {one_line(each.scene)} × {each.reference}: {each.words}"))
     for result in findings.contradicted:
         _contradiction(console, result)
     for unanswered in findings.unanswered:
         _unanswered(console, unanswered)
     for gap in findings.gaps[:MOST_GAPS]:
-        _say(console, Text(f"– {gap.reference}: {gap_in_words(gap)}: {gap.reason}", "dim"))
+        _print_line(console, Text(f"– {gap.reference}: {gap_in_words(gap)}: {gap.reason}", "dim"))
     for line in findings.not_compared:
-        _say(console, Text(f"Not compared: {line}"))
-    _say(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
+        _print_line(console, Text(f"Not compared: {line}"))
+    _print_line(console, Text.assemble("report: ", str((run.folder / "report.html").resolve())))
     for remark in run.remarks:
-        _say(console, Text(one_line(remark)))
+        _print_line(console, Text(one_line(remark)))
     if findings.not_checked:
-        _say(console, Text(f"Not checked: {findings.not_checked}"))
+        _print_line(console, Text(f"Not checked: {findings.not_checked}"))
     style = "bold blue" if run.exit_status == 0 else "bold dark_orange"
     sign = ICONS["passed"] if run.exit_status == 0 else ICONS["failed"]
-    _say(console, Text(f"{sign} {one_line(run.verdict.sentence, 1000)}", style))
+    _print_line(console, Text(f"{sign} {one_line(run.verdict.sentence, 1000)}", style))
 
 
-def _say(console: Console, text: Text) -> None:
+def _print_line(console: Console, text: Text) -> None:
     console.print(text, soft_wrap=True)
 
 
@@ -97,7 +97,7 @@ def _certain(scene: SceneFindings) -> Text:
     return Text("–" if least is None else share(least.certain, least.pixels), "dim")
 
 
-def _alike(cells: Iterable[Cell]) -> list[list[Cell]]:
+def _grouped(cells: Iterable[Cell]) -> list[list[Cell]]:
     """Failing cells; those of one scene and reference that fail for one reason are together."""
     groups: dict[tuple[str, ...], list[Cell]] = {}
     for cell in cells:
@@ -123,7 +123,7 @@ def _contradiction(console: Console, result: SceneResult) -> None:
     if result.judgement is not None:
         place = f"{ICONS['failed']} {one_line(result.scene.name)} × exact arithmetic: "
         words = judgement_in_words(result.judgement)
-        _say(console, Text.assemble((place, _STYLES["failed"]), words))
+        _print_line(console, Text.assemble((place, _STYLES["failed"]), words))
 
 
 def _unanswered(console: Console, group: Unanswered) -> None:
@@ -131,7 +131,7 @@ def _unanswered(console: Console, group: Unanswered) -> None:
     names = ", ".join(one_line(name, 60) for name in group.scenes[:3])
     more = f" and {len(group.scenes) - 3} more" if len(group.scenes) > 3 else ""
     head = f"{ICONS[group.state]} {group.reference}: {group.state}"
-    _say(console, Text.assemble((head, _STYLES[group.state]), f" on {names}{more}"))
-    _say(console, Text(f"    {one_line(group.reason)}"))
+    _print_line(console, Text.assemble((head, _STYLES[group.state]), f" on {names}{more}"))
+    _print_line(console, Text(f"    {one_line(group.reason)}"))
     for line in [each for each in plain(group.output).splitlines() if each.strip()][-3:]:
-        _say(console, Text(f"    │ {one_line(line)}", "dim"))
+        _print_line(console, Text(f"    │ {one_line(line)}", "dim"))

@@ -1,4 +1,4 @@
-"""The process's standard streams and signals, whatever state they were inherited in."""
+"""The process's standard streams and signals, in whatever state they were inherited."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ def prepare() -> None:
     signal.signal(signal.SIGTERM, _terminated)
 
 
-def let_go(stream: TextIO) -> None:
-    """What is still to be written to the stream goes nowhere."""
+def discard_output(stream: TextIO) -> None:
+    """Discard what is still to be written to a stream."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     with suppress(OSError):
         os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
 
 
-def let_go_of_unwritable() -> None:
-    """Let go of the streams that do not take what was printed, such as a file on a full disk."""
+def discard_unwritable_output() -> None:
+    """Discard the output of streams that cannot be written, such as a file on a full disk."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
         except OSError:
-            let_go(stream)
+            discard_output(stream)
 
 
 def _terminated(*_: object) -> NoReturn:

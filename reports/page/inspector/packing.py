@@ -1,8 +1,8 @@
 """Arrays on a page: bit patterns, predicted, byte by byte, deflated; exact when they come back.
 
 Bit patterns are whole numbers. Of them, or of their differences from another array's, differences
-between neighbours are taken, across and down, up to `MOST_ORDERS` times: whatever is smooth or
-equal becomes small numbers, which deflate to little. `templates/scripts/arrays.js` reads it back.
+between neighbours are taken, across and down, up to `MOST_ORDERS` times: smooth or equal
+values become small numbers, which compress well. `templates/scripts/arrays.js` reads it back.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ _TYPES: dict[Kind, tuple[type, type]] = {
     "i4": (np.int32, np.uint32), "i1": (np.int8, np.uint8),
 }  # fmt: skip
 
-#: Of a finite ratio; what is more is as bad.
+#: The largest finite ratio that is stored; larger ones are stored as this.
 _LARGEST = 3e38
 #: The least float32 above 1.
 _BEYOND = float(np.nextafter(np.float32(1), np.float32(2)))
-#: How hard zlib tries.
-_EFFORT = 6
+#: zlib's level of compression.
+_LEVEL = 6
 
 
 @dataclass(frozen=True)
@@ -73,17 +73,17 @@ def pack(values: Array, other: Array | None = None, rounded: bool = False) -> Pa
     other : array, optional
         Of the same shape and type, packed without `other`: what `values` is probably close to.
     rounded : bool
-        Whether float64 is rounded to float32, which takes a quarter of the room.
+        Whether float64 is rounded to float32, which takes a quarter of the bytes.
     """
     kind = _kind(values, other, rounded)
-    held = _held(values, kind)
-    beside = None if other is None else _held(other, kind)
+    held = _bits_of(values, kind)
+    beside = None if other is None else _bits_of(other, kind)
     parts = [_part(held[..., k], None if beside is None else beside[..., k])
              for k in range(held.shape[2])]  # fmt: skip
     exact = kind != "f4" or _single(values)
     stream = b"".join(part for _, part in parts)
     return Packed(
-        kind, held.shape[2], exact, tuple(name for name, _ in parts), zlib.compress(stream, _EFFORT)
+        kind, held.shape[2], exact, tuple(name for name, _ in parts), zlib.compress(stream, _LEVEL)
     )
 
 
@@ -97,7 +97,7 @@ def pack_ratio(ratio: Floats) -> Packed:
     high = (bits + np.where(up, np.uint32(0xFFFF), np.uint32(0))) >> np.uint32(16)
     codes = np.where(np.isnan(ratio), np.uint16(0x7FC0), high.astype(np.uint16))
     part = _part(codes, None)
-    return Packed("b2", 1, False, (part[0],), zlib.compress(part[1], _EFFORT))
+    return Packed("b2", 1, False, (part[0],), zlib.compress(part[1], _LEVEL))
 
 
 def _kind(values: Array, other: Array | None, rounded: bool) -> Kind:
@@ -114,15 +114,15 @@ def _single(values: Array) -> bool:
                                    equal_nan=True))  # fmt: skip
 
 
-def _three(values: Array) -> Array:
+def _with_components(values: Array) -> Array:
     return values.reshape(*values.shape[:2], -1)
 
 
-def _held(values: Array, kind: Kind) -> NDArray[Any]:
+def _bits_of(values: Array, kind: Kind) -> NDArray[Any]:
     """Bit patterns (ny, nx, k); every NaN is the same one."""
     held_type, unsigned = _TYPES[kind]
     with np.errstate(over="ignore"):
-        held: NDArray[Any] = np.ascontiguousarray(_three(values).astype(held_type))
+        held: NDArray[Any] = np.ascontiguousarray(_with_components(values).astype(held_type))
     if kind in ("f8", "f4"):
         held[np.isnan(held)] = np.nan
     bits: NDArray[Any] = held.view(unsigned)

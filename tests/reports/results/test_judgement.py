@@ -1,4 +1,4 @@
-"""The judge in the reports: a conviction fails the run, in words that say where."""
+"""Exact arithmetic in the reports: a contradiction fails the run, in words that say where."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from tests.helpers.report_runs import result_of
 
 @cache
 def result(wrong: bool) -> SceneResult:
-    """A scene on which every reference agrees, before the judge with one wrong t or with none."""
+    """A scene on which every reference agrees, judged with one wrong t or with none."""
     scene = small_scene()
     arrays = dict(minirt.render(scene, quantities=JUDGED).arrays)
     row, column = map(int, np.argwhere(arrays["hit"])[0])
@@ -58,7 +58,7 @@ def terminal(of: Run) -> str:
     return text
 
 
-def test_a_conviction_fails_a_run_that_every_reference_passes() -> None:
+def test_a_contradiction_fails_a_run_that_every_reference_passes() -> None:
     assert scene_state(result(True)) == "failed"
     assert run(True).exit_status == 1
     assert "exact arithmetic contradicts minirt on 1 of 1 scene" in run(True).verdict.sentence
@@ -79,13 +79,13 @@ def test_every_report_says_where() -> None:
     assert "contradicts minirt" in summary_markdown(run(True))
 
 
-def test_no_report_speaks_of_convictions_where_there_are_none() -> None:
+def test_no_report_mentions_contradictions_where_there_are_none() -> None:
     for text in (terminal(run(False)), junit_xml(run(False)), summary_markdown(run(False))):
         assert "contradicts" not in text
-    assert "The judge confirms minirt" in report_html(run(False))
+    assert "Exact arithmetic confirms minirt" in report_html(run(False))
 
 
-def test_the_record_holds_the_conviction() -> None:
+def test_the_record_holds_the_contradiction() -> None:
     (scene,) = json.loads(results_json(run(True)))["scenes"]
     assert scene["state"] == "failed"
     assert scene["judgement"]["convicted"] == 1
