@@ -10,7 +10,7 @@ import numpy as np
 from minirt.culling.bounding_tests import PAD, BoundingTest
 from minirt.culling.index import KindIndex, SceneIndex
 from minirt.culling.rasteriser import Rasteriser
-from minirt.culling.ray_grid import RayGrid
+from minirt.culling.ray_grid import grid_of
 from minirt.culling.tree import visit
 from minirt.geometry import Kind
 from minirt.rays import Rays
@@ -104,7 +104,8 @@ class _Search:
     def _rasteriser(self, kind: KindIndex, reach: float) -> Rasteriser | None:
         """The primitives over the rays' grid, if both exist and that costs less than the tree.
 
-        Rays that nearly leave one point are taken to do so.
+        Rays that nearly leave one point are taken to do so: otherwise the displaced rays of an
+        error model take 2.7 × as long (row 'stability, mesh, 5k' of the bench).
         """
         if kind.groups is None:
             return None
@@ -116,7 +117,7 @@ class _Search:
             if not moved <= _POINT * np.median(kind.groups.radius):
                 return None
             rays = Rays(((low + high) / 2)[:, None], rays.d, rays.t0, rays.t1, rays.count)
-        grid = RayGrid.of(rays, PAD * reach + moved, reach)
+        grid = grid_of(rays, PAD * reach + moved, reach)
         return None if grid is None else Rasteriser.of(grid, kind.groups)
 
     def _few(self, primitives: Index, test: BoundingTest) -> Iterator[Pairs]:

@@ -54,38 +54,6 @@ class RayGrid:
         self._size = np.array([u.max(), v.max()]) - self._low
         self._sort()
 
-    @classmethod
-    def of(cls, rays: Rays, pad: float, reach: float) -> RayGrid | None:
-        """The grid of rays that all go ahead, at no steep slopes; None of others.
-
-        Parameters
-        ----------
-        rays : Rays
-        pad : float
-            How far from a ray something may be that it still meets.
-        reach : float
-            The largest coordinate in play.
-        """
-        if rays.count < _LEAST or not (rays.t0 >= 0).all():
-            return None
-        with np.errstate(all="ignore"):  # not finite, or not ahead
-            axes = axes_of(rays)
-            if axes is None:
-                return None
-            (frame, origin), central = axes, rays.one_origin
-            x, y, speed = frame @ rays.directions
-            if central:
-                u, v, begin = x / speed, y / speed, np.zeros(1)
-            else:
-                u, v, begin = frame @ (rays.P0 - origin)
-            ends = np.array([u.min(), u.max(), v.min(), v.max()])
-            slope = float(np.abs(ends).max()) if central else 0.0
-            finite = np.isfinite(ends).all() and np.isfinite(begin + speed * rays.t0).all()
-        if not (finite and (speed > 0).all() and slope < _STEEP):
-            return None
-        projection = Projection(frame, origin, central, slope, pad, _CLOSE * reach)
-        return cls(projection, u, v, begin, speed, rays.t0)
-
     def __len__(self) -> int:
         return len(self._speed)
 
@@ -166,6 +134,38 @@ class RayGrid:
         begin = self._begin if self.projection.central else self._begin.take(rays)
         depth: Floats = begin + self._speed.take(rays) * t_max.take(rays)
         return depth
+
+
+def grid_of(rays: Rays, pad: float, reach: float) -> RayGrid | None:
+    """The grid of rays that all go ahead, at no steep slopes; None of others.
+
+    Parameters
+    ----------
+    rays : Rays
+    pad : float
+        How far from a ray something may be that it still meets.
+    reach : float
+        The largest coordinate in play.
+    """
+    if rays.count < _LEAST or not (rays.t0 >= 0).all():
+        return None
+    with np.errstate(all="ignore"):  # not finite, or not ahead
+        axes = axes_of(rays)
+        if axes is None:
+            return None
+        (frame, origin), central = axes, rays.one_origin
+        x, y, speed = frame @ rays.directions
+        if central:
+            u, v, begin = x / speed, y / speed, np.zeros(1)
+        else:
+            u, v, begin = frame @ (rays.P0 - origin)
+        ends = np.array([u.min(), u.max(), v.min(), v.max()])
+        slope = float(np.abs(ends).max()) if central else 0.0
+        finite = np.isfinite(ends).all() and np.isfinite(begin + speed * rays.t0).all()
+    if not (finite and (speed > 0).all() and slope < _STEEP):
+        return None
+    projection = Projection(frame, origin, central, slope, pad, _CLOSE * reach)
+    return RayGrid(projection, u, v, begin, speed, rays.t0)
 
 
 def _number(x: Floats, low: float, size: float, many: int, least: int, most: int) -> Index:

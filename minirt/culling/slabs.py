@@ -1,10 +1,10 @@
 """Single rays and boxes: where each ray is within a box's three pairs of planes.
 
-A ray opens some ten nodes of a tree, each elsewhere in memory: what that costs is the fetching. In
-double precision it takes 1.3 × as long (rows 'mesh, 82k, no order' and 'glass mesh' of the bench).
-So boxes and rays are held in single precision, around the tree's centre and in
-units of its size, and each ray begins where it enters the tree. Boxes grow by what that rounds; in
-a tree of which they are too small a share for that, all is in double precision.
+A ray opens some ten nodes of a tree, each elsewhere in memory: what that costs is the fetching. So
+boxes and rays are held in single precision, around the tree's centre and in units of its size, and
+each ray begins where it enters the tree; in double precision it takes 1.3 × as long (row 'mesh,
+82k, no order' of the bench). Boxes grow by what that rounds; in a tree of which they are too small
+a share for that, all is in double precision.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ import minirt
 from minirt.culling import SceneIndex, culled_pairs, rasteriser
 from minirt.culling.projection import Projection
 from minirt.culling.rasteriser import Rasteriser
-from minirt.culling.ray_grid import RayGrid
+from minirt.culling.ray_grid import grid_of
 from minirt.geometry import Geometry
 from minirt.rays import Rays
 from minirt.rules import SLIDES
@@ -272,7 +272,7 @@ def test_a_drawing_offers_few_pairs_and_hides_what_lies_behind() -> None:
     P0, d = _screen(128, 128)
     triangles = Geometry.of(scene).triangles
     (index,) = SceneIndex.of(Geometry.of(scene)).kinds
-    seen = RayGrid.of(Rays.of(P0, d), 1e-11, index.tree.reach)
+    seen = grid_of(Rays.of(P0, d), 1e-11, index.tree.reach)
     assert seen is not None
     assert index.groups is not None
     drawing = Rasteriser.of(seen, index.groups)
@@ -318,19 +318,19 @@ def test_other_rays_have_no_picture(
     change: Callable[[Floats, Floats], tuple[Floats, Floats]],
 ) -> None:
     P0, d = _screen(64, 64)
-    assert RayGrid.of(Rays.of(P0, d), 1e-11, 5.0) is not None
+    assert grid_of(Rays.of(P0, d), 1e-11, 5.0) is not None
     P0, d = change(P0, d)
-    assert RayGrid.of(Rays.of(P0, d), 1e-11, 5.0) is None
+    assert grid_of(Rays.of(P0, d), 1e-11, 5.0) is None
 
 
 def test_rays_that_may_go_back_have_no_picture() -> None:
     P0, d = _screen(64, 64)
-    assert RayGrid.of(Rays.of(P0, d, -1.0), 1e-11, 5.0) is None
+    assert grid_of(Rays.of(P0, d, -1.0), 1e-11, 5.0) is None
 
 
 def test_rows_of_a_picture_are_those_of_the_screen() -> None:
     P0, d = _screen(64, 48)
-    grid = RayGrid.of(Rays.of(P0, d), 1e-11, 5.0)
+    grid = grid_of(Rays.of(P0, d), 1e-11, 5.0)
     assert grid is not None
     first, count = grid.rows(np.array([-1.0]), np.array([1.0]))
     bottom, top = grid.band(np.arange(count[0]))
