@@ -25,7 +25,7 @@ unexport PYTHONDONTWRITEBYTECODE
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-verify: $(READY)  ## render the atlas here and in Mitsuba, compare, leave the report in report/
+verify: $(READY)  ## render the atlas here and in the references, compare, leave report/
 	$(BIN)/minirt verify --out $(REPORT)
 
 test: $(READY) $(TESTABLE)  ## lint, types, architecture and the fast tests, side by side: 4 minutes
