@@ -13,16 +13,10 @@ from reports.history.text import (
     sentence_of,
     verdict_of,
 )
-from reports.page.template import template
-from reports.results.words import count
+from reports.page.template import rendered
 
 #: Cells of a page; more of one kind are counted, not shown.
 MOST_CELLS = 2000
-
-
-def rendered(name: str, **facts: Any) -> str:
-    """A page from its template; whatever is put in is shown as text."""
-    return template(name).render(**facts, count=count)
 
 
 def compare_html(found: Difference) -> str:

@@ -8,7 +8,6 @@ from typing import Any
 
 from reports.history.difference import difference
 from reports.history.entry import Entry
-from reports.history.pages import rendered
 from reports.history.previous import Point
 from reports.history.store import History
 from reports.history.text import (
@@ -23,6 +22,7 @@ from reports.history.trends import Change, changes_of
 from reports.nightly.night import Night, nights, unreadable, write
 from reports.nightly.sparkline import HEIGHT, WIDTH, sparkline
 from reports.nightly.steps import previous_run
+from reports.page.template import rendered
 from reports.results.summary import escaped
 from reports.results.words import count, times
 

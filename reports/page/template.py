@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
-from reports.results.words import plain
+from reports.results.words import count, plain
 
 
 class _WithoutIndentation(PackageLoader):
@@ -23,6 +24,11 @@ class _WithoutIndentation(PackageLoader):
 def template(name: str) -> Template:
     """A template; markup and control characters in its values have no effect."""
     return _environment().get_template(name)
+
+
+def rendered(name: str, **values: Any) -> str:
+    """A page from its template, which may count things with their nouns."""
+    return template(name).render(**values, count=count)
 
 
 @cache
