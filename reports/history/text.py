@@ -44,7 +44,7 @@ def print_difference(found: Difference, console: Console) -> None:
 def verdict_of(found: Difference) -> str:
     """Whether anything fails, or has no answer, that did better before; and what is lost."""
     if found.regressions:
-        return f"{count(found.regressions, 'cell')} did better before"
+        return f"{count(found.regressions, 'cell')} got worse"
     counts = found.counts
     lost = [f"{count(counts[k], 'cell')} {k}" for k in ("worse", "gone") if counts[k]]
     return f"No new failure, but {' and '.join(lost)}" if lost else "Nothing got worse"

@@ -109,7 +109,7 @@ def test_the_verdict_tells_what_is_lost() -> None:
     fewer = difference(entry(1), replace(entry(2), scenes=entry(2).scenes[1:]))
     assert verdict_of(fewer) == "No new failure, but 20 cells gone"
     assert verdict_of(difference(entry(1), entry(2))) == "Nothing got worse"
-    assert verdict_of(difference(entry(1), failing())) == "1 cell did better before"
+    assert verdict_of(difference(entry(1), failing())) == "1 cell got worse"
 
 
 def test_more_wrong_pixels_are_higher() -> None:
@@ -168,7 +168,7 @@ def test_compare_in_the_terminal(command: Command, kept: str) -> None:
     line = f"▲ ball × honest × {name}: ✓ 0× (100 % certain) → ✗ 7 px (100 % certain)"
     assert f"{line}; 7 pixels wrong" in out
     assert "commit: aaaaaaaaaa" in out
-    assert out.endswith("1 cell did better before: 1 worse; 39 cells the same\n")
+    assert out.endswith("1 cell got worse: 1 worse; 39 cells the same\n")
     status, out, _ = command("report", "compare", "previous")  # with the latest
     assert status == 0
     assert out.endswith("Nothing got worse: 1 better; 39 cells the same\n")
@@ -199,7 +199,7 @@ def test_compare_as_a_page(command: Command, kept: str, tmp_path: Path) -> None:
     status, _, err = command("report", "compare", "1", "2", "--html", "page.html")
     assert (status, err) == (1, "page: page.html\n")
     page = page_of((tmp_path / "page.html").read_text(encoding="utf-8"))
-    assert [e.text.strip() for e in page.all("h1")] == ["✗ 1 cell did better before"]
+    assert [e.text.strip() for e in page.all("h1")] == ["✗ 1 cell got worse"]
     (row,) = page.all("tr", "worse")
     assert "✓ 0× (100 % certain)✗ 7 px (100 % certain)7 pixels wrong" in row.text
     assert {e.text for e in page.all("td", "nowrap")} >= {"▲ worse"}

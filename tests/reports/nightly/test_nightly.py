@@ -165,7 +165,7 @@ def test_a_fault_in_the_second_night_is_a_change_with_its_two_commits(
     assert len(links) > 8
     assert [href for href in links if not (out / href).is_file()] == []
     compared = (out / sorted(names(out))[1] / "compare.html").read_text(encoding="utf-8")
-    assert "did better before" in page_of(compared).all("h1")[0].text
+    assert "got worse" in page_of(compared).all("h1")[0].text
     assert "▲ ball × honest × shadow: ✓ equal" in (out / "summary.md").read_text(encoding="utf-8")
 
 

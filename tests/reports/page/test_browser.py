@@ -338,7 +338,7 @@ def test_explained_pixels_show_the_algorithms_own_steps_and_everybody(opened: Ta
     steps = page.inner_text("#inspector .steps")
     assert "the shadow ray" in steps
     assert "M is in shadow of object" in steps
-    assert page.locator("#inspector h4").first.inner_text() == "Everybody's shadow"
+    assert page.locator("#inspector h4").first.inner_text() == "shadow by every reference"
     everybody = page.locator("#inspector section").first.inner_text()
     assert [name in everybody for name in ("faulty", "one-pixel", "honest")] == [True] * 3
     assert "--pixel" in page.inner_text("#command")

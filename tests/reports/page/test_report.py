@@ -236,7 +236,7 @@ def test_what_follows_from_an_earlier_stage_is_marked_so() -> None:
 def test_tolerances_are_shown_with_their_derivation() -> None:
     text = text_of("good")
     assert "256 roundings of 2⁻⁵²" in text
-    assert "How a tolerance comes about" in text
+    assert "How a tolerance is derived" in text
     assert "plus 2 times the largest movement" in text
 
 

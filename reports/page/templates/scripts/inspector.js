@@ -1,4 +1,4 @@
-// The pixel inspector: everybody's values at one pixel, and the algorithm's own steps there.
+// The pixel inspector: the values of all references at one pixel, and the algorithm's own steps there.
 // The pixel in the state, or else the worst one of what is shown.
 function picked() {
   if (state.p) return state.p.split(",").map(Number);
@@ -67,11 +67,11 @@ async function inspect() {
     buttons(scene, reference, column, row),
     element("div", { className: "wide values", tabIndex: 0, role: "region", "aria-label": "Values at the pixel" },
       withHeads(table(`Values at (${column}, ${row})`, ["quantity", "error ÷ tol.", "minirt", reference.name, "tolerance"], rows))),
-    await everybody(scene, kept, key, index),
+    await everyReference(scene, kept, key, index),
   ];
   if (mine !== asked) return;
   if (rows.every((each) => each.children.length < 3)) parts.push(notKept(scene));
-  parts.push(explanation ? element("section", {}, element("h4", {}, "How minirt comes to it, step by step"), element("div",
+  parts.push(explanation ? element("section", {}, element("h4", {}, "How minirt computes it, step by step"), element("div",
     { className: "wide tall", tabIndex: 0, role: "region", "aria-label": "Steps of the algorithm" }, stepList(explanation)))
     : element("p", { className: "soft" }, "The algorithm's steps are kept for some pixels only; for this one the command above prints them."));
   parts.push(explainedPixels(scene, !explanation));
@@ -95,7 +95,7 @@ function plainSentence(reference, first, index) {
 }
 
 // Who says what of the chosen quantity at this pixel.
-async function everybody(scene, kept, key, index) {
+async function everyReference(scene, kept, key, index) {
   const name = shown.name, rows = [];
   for (const reference of scene.references) {
     const entry = reference.quantities[name];
@@ -103,8 +103,8 @@ async function everybody(scene, kept, key, index) {
     const found = entry.arrays ? await load(scene, reference, name) : null;
     rows.push(valueRow(reference.name, name, valuesAt(name, kept.rows[reference.name]?.[key]?.rows, found, index)));
   }
-  return element("section", {}, element("h4", {}, `Everybody's ${name}`), element("div",
-    { className: "wide values", tabIndex: 0, role: "region", "aria-label": `Everybody's ${name} at the pixel` },
+  return element("section", {}, element("h4", {}, `${name} by every reference`), element("div",
+    { className: "wide values", tabIndex: 0, role: "region", "aria-label": `${name} by every reference at the pixel` },
     withHeads(table(`${name} by reference`, ["reference", "error ÷ tol.", "minirt", "theirs", "tolerance"], rows))));
 }
 
