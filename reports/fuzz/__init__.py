@@ -1,1 +1,1 @@
-"""A fuzzing failure as files."""
+"""Fuzzing campaigns: run, told in words, and their failures as files."""

@@ -19,7 +19,7 @@ from reference.jobs.cluster import Cluster
 from reference.mutants.run import chosen_mutants, run_mutants
 from reference.source import Reference
 from reference.verify.options import Options
-from reports.cli.fuzz import campaign_document
+from reports.fuzz.campaign import campaign_document
 from reports.fuzz.case import write_case
 from reports.history.difference import difference
 from reports.history.entry import Entry, read_entry
