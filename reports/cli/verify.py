@@ -20,7 +20,13 @@ from reports.cli.options import (
     ScenesArgument,
 )
 from reports.inputs import names_in
-from reports.terminal.console import print_json, progress, stderr_console, stdout_console
+from reports.terminal.console import (
+    print_json,
+    print_lines,
+    progress,
+    stderr_console,
+    stdout_console,
+)
 
 
 def verify(
@@ -57,26 +63,23 @@ def verify(
 
     get_ready("reports.run")
     from reference.verify.options import Options
-    from reports.history.recording import opened_history, previous_run_of, record_run
+    from reports.history.recording import HistoryTarget, recorded_run
     from reports.inputs import cache_unless, chosen_scenes, cluster_at, references_of
     from reports.results.mutants import read_kill_matrix
     from reports.results.record import results_document
-    from reports.run import RunOptions, run_verify
+    from reports.run import RunOptions
     from reports.terminal.results import print_run
 
     chosen, required = references_of(names_in(reference), names_in(require))
     loaded = chosen_scenes(scenes)
-    kills = None if mutants is None else read_kill_matrix(mutants)
-    with cluster_at(cluster) as workers, opened_history(history, not no_history, out) as kept:
-        previous = previous_run_of(kept, loaded, chosen)
-        with progress("verify") as tell:
-            comparison = Options(timeout=timeout, jobs=jobs, cache=cache_unless(no_cache))
-            options = RunOptions(comparison, required, previous=previous, mutants=kills)
-            run = run_verify(loaded, chosen, out, options, tell, workers)
-        status, lines = record_run(run, kept)
-    for line in lines:
-        stderr_console().print(line, soft_wrap=True)
-    print_run(run, stderr_console() if json else stdout_console())
+    matrix = None if mutants is None else read_kill_matrix(mutants)
+    comparison = Options(timeout=timeout, jobs=jobs, cache=cache_unless(no_cache))
+    options = RunOptions(comparison, required, mutants=matrix)
+    target = HistoryTarget(history, not no_history)
+    with cluster_at(cluster) as workers, progress("verify") as tell:
+        found = recorded_run(loaded, chosen, out, options, target, tell, workers)
+    print_lines(found.remarks, stderr_console())
+    print_run(found.run, stderr_console() if json else stdout_console())
     if json:
-        print_json(results_document(run))
-    raise typer.Exit(status)
+        print_json(results_document(found.run))
+    raise typer.Exit(found.exit_status)

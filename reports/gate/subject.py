@@ -106,6 +106,11 @@ class Subject:
         return bool(self.cmd or self.python or self.frames)
 
     @property
+    def name(self) -> str:
+        """How reports name it: its command, its function or its folder."""
+        return self.cmd or self.python or str(self.frames)
+
+    @property
     def process_timeout(self) -> float:
         """Seconds after which the process that runs it is ended."""
         return self.timeout + GRACE

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from minirt.errors import InputError
 from minirt.scene import Scene
+from reference.jobs.cluster import Cluster
 from reference.source import Reference
 from reports.history import HISTORY_FILE
 from reports.history.entry import entry_of, kept_name, series_of
@@ -16,7 +18,7 @@ from reports.history.previous import Point, PreviousRun
 from reports.results.provenance import without_passwords
 from reports.results.record import Run, results_document
 from reports.results.words import one_line
-from reports.run import made_folder
+from reports.run import Progress, RunOptions, made_folder, run_verify
 
 if TYPE_CHECKING:
     from reports.history.store import History
@@ -25,29 +27,75 @@ if TYPE_CHECKING:
 MOST_POINTS = 60
 
 
-@contextmanager
-def opened_history(target: str, wanted: bool, out: Path) -> Iterator[History | None]:
-    """Open the history of a run before anything is rendered; None where none is wanted.
+@dataclass(frozen=True)
+class HistoryTarget:
+    """The history that a run is added to.
 
-    Parameters
+    Attributes
     ----------
-    target : str
+    name : str
         A file or the URL of a database; empty: a file beside the reports.
     wanted : bool
-    out : Path
-        The folder of the reports.
+        False: the run is added to no history.
+    """
+
+    name: str = ""
+    wanted: bool = True
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """A finished run, its exit status, and lines that say how the history took it."""
+
+    run: Run
+    exit_status: int
+    remarks: list[str]
+
+
+def recorded_run(
+    scenes: Sequence[Scene],
+    references: Sequence[Reference],
+    out: Path,
+    options: RunOptions,
+    history: HistoryTarget,
+    progress: Progress | None = None,
+    cluster: Cluster | None = None,
+) -> RecordedRun:
+    """Compare references on scenes beside what a history knows of them, and add the run to it.
+
+    The history is opened before anything is rendered. The other parameters are those of
+    `run_verify`.
+
+    Raises
+    ------
+    InputError
+        The history cannot be opened, or the folder cannot be written.
+    """
+    with opened_history(history, out) as kept:
+        previous = previous_run_of(kept, scenes, references, options.judged)
+        options = replace(options, previous=previous)
+        run = run_verify(scenes, references, out, options, progress, cluster)
+        status, remarks = record_run(run, kept)
+    return RecordedRun(run, status, remarks)
+
+
+@contextmanager
+def opened_history(target: HistoryTarget, out: Path) -> Iterator[History | None]:
+    """Open the history of a run before anything is rendered; None where none is wanted.
+
+    `out` is the folder of the reports.
 
     Raises
     ------
     InputError
         It cannot be opened.
     """
-    if not wanted:
+    if not target.wanted:
         yield None
         return
     from reports.history.store import History  # SQLAlchemy: slow to import
 
-    with History(target or str(made_folder(out) / HISTORY_FILE)) as history:
+    with History(target.name or str(made_folder(out) / HISTORY_FILE)) as history:
         yield history
 
 

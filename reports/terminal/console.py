@@ -10,7 +10,7 @@ import json
 import os
 import sys
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -38,6 +38,12 @@ def stdout_console() -> Console:
 def stderr_console() -> Console:
     """Where progress, remarks and errors go."""
     return console_on(sys.stderr)
+
+
+def print_lines(lines: Iterable[str], console: Console) -> None:
+    """Print lines that the terminal wraps, whatever their length."""
+    for line in lines:
+        console.print(line, soft_wrap=True)
 
 
 def print_json(document: Any) -> None:

@@ -52,7 +52,7 @@ def rendered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[PreviousRu
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MINIRT_HISTORY", raising=False)
     monkeypatch.delenv("MINIRT_REQUIRE", raising=False)
-    monkeypatch.setattr("reports.run.run_verify", stand_in)
+    monkeypatch.setattr("reports.history.recording.run_verify", stand_in)
     monkeypatch.setattr(registry, "REFERENCES", {"honest": Honest()})
     (tmp_path / "ball.json").write_text(small_scene().canonical_json, encoding="utf-8")
     return told
