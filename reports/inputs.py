@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
@@ -12,10 +14,50 @@ if TYPE_CHECKING:
     from reference.jobs.cluster import Cluster
     from reference.source import Reference
 
+#: Seconds of each unit of time.
+_UNITS = {"": 1.0, "s": 1.0, "m": 60.0, "h": 3600.0}
+
 
 def names_in(text: str) -> list[str]:
     """The names in a list that is separated by commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def seconds_in(text: str, option: str) -> float:
+    """The seconds of a time such as 90s, 20m, 2h, or a number of seconds; at least one.
+
+    Raises
+    ------
+    InputError
+        It is no such time.
+    """
+    from minirt.errors import InputError
+
+    found = re.fullmatch(r"(\d{1,6}(?:\.\d+)?)([smh]?)", text.strip())
+    seconds = float(found[1]) * _UNITS[found[2]] if found else 0.0
+    if seconds < 1:
+        raise InputError(
+            "not a time", where=option, got=repr(text)[:80],
+            expected="at least a second, as 90s, 20m or 2h",
+        )  # fmt: skip
+    return seconds
+
+
+def command_words(command: str, option: str) -> tuple[str, ...]:
+    """The words of a command, split as a shell would; no shell runs it.
+
+    Raises
+    ------
+    InputError
+        A quotation mark is not closed.
+    """
+    from minirt.errors import InputError
+
+    try:
+        return tuple(shlex.split(command))
+    except ValueError as error:
+        got = repr(command)[:80]
+        raise InputError("not a command", where=option, got=got, expected=str(error)) from None
 
 
 def scene_names(named: Sequence[str] | None) -> list[str]:

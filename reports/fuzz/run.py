@@ -9,7 +9,8 @@ from pathlib import Path
 from minirt.errors import InputError
 from reference.fuzz.campaign import Campaign, CampaignOptions, Failure, run_campaign
 from reference.jobs.cluster import Cluster
-from reference.registry import USUAL, choose_references
+from reference import registry
+from reference.registry import choose_references
 from reference.source import Reference
 from reports.fuzz.case import sentence, write_case
 from reports.gate.subject import Subject
@@ -83,5 +84,5 @@ def _judged(options: FuzzOptions) -> tuple[Reference, ...]:
             where="--frames", expected="--cmd or --python",
         )  # fmt: skip
     if not subject.named:
-        return choose_references(options.references or USUAL)
+        return choose_references(options.references or registry.USUAL)
     return (*choose_references(options.references), subject.reference())

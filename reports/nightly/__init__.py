@@ -1,1 +1,1 @@
-"""A night: verify, fuzz, mutants, and what is left behind; resumable after a kill."""
+"""Nightly runs: verify, fuzz, mutants; resumable after an interruption, with a landing page."""

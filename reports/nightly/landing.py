@@ -1,4 +1,4 @@
-"""The landing page of all nights, and the summary of one."""
+"""The landing page of all nightly runs, and the summary of one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from reports.history.text import (
     verdict_of,
 )
 from reports.history.trends import Change, changes_of
-from reports.nightly.night import Night, nights, unreadable, write
+from reports.nightly.nightly_run import NightlyRun, all_runs, unreadable_folders, write
 from reports.nightly.sparkline import HEIGHT, WIDTH, sparkline
 from reports.nightly.steps import previous_run
 from reports.page.template import rendered
@@ -36,28 +36,30 @@ _ORDER = ("failed", "incomplete", "not compared", "passed")
 
 
 def write_landing(out: Path, history: History) -> None:
-    """Write `index.html` and `summary.md` of a folder of nights."""
-    all_nights = nights(out)
-    finished = [night for night in all_nights if night.note.finished is not None]
-    write(out / "index.html", landing_html(all_nights, history, unreadable(out)))
+    """Write `index.html` and `summary.md` of a folder of nightly runs."""
+    all_nights = all_runs(out)
+    finished = [night for night in all_nights if night.record.finished is not None]
+    write(out / "index.html", landing_html(all_nights, history, unreadable_folders(out)))
     if finished:
         write(out / "summary.md", (finished[-1].folder / "night.md").read_text(encoding="utf-8"))
 
 
-def landing_html(all_nights: Sequence[Night], history: History, unread: Sequence[str] = ()) -> str:
-    """The page: the last night, what changed and between which commits, scenes, nights.
+def landing_html(
+    all_nights: Sequence[NightlyRun], history: History, unread: Sequence[str] = ()
+) -> str:
+    """The page: the last run, what changed and between which commits, the scenes, all runs.
 
-    `unread` names the folders of nights that cannot be read.
+    `unread` names the folders of runs that cannot be read.
     """
-    finished = [night for night in all_nights if night.note.finished is not None]
+    finished = [night for night in all_nights if night.record.finished is not None]
     last = finished[-1] if finished else None
-    entry = None if last is None or last.note.run is None else history.entry(last.note.run)
+    entry = None if last is None or last.record.run is None else history.entry(last.record.run)
     trends = {} if entry is None else _trends(history, entry)
     changes = {name: changes_of(trend) for name, trend in trends.items()}
     return rendered(
         "nightly.html.j2",
         last=last,
-        good=last is not None and last.note.exit_status == 0,
+        good=last is not None and last.record.exit_status == 0,
         sentence="no night is finished yet" if last is None else sentence(last),
         entry=entry,
         moved=_moved(history, entry),
@@ -70,33 +72,33 @@ def landing_html(all_nights: Sequence[Night], history: History, unread: Sequence
     )
 
 
-def sentence(night: Night) -> str:
-    """The verdict on a night."""
-    steps = night.note.steps
-    worst = [name for name, s in steps.items() if s.exit_status == night.note.exit_status]
+def sentence(night: NightlyRun) -> str:
+    """The verdict on a nightly run."""
+    steps = night.record.steps
+    worst = [name for name, s in steps.items() if s.exit_status == night.record.exit_status]
     bad = list(dict.fromkeys([*worst, *(name for name, s in steps.items() if s.exit_status)]))
-    if night.note.exit_status == 0:
+    if night.record.exit_status == 0:
         return "PASS: " + ", ".join(steps) + " all passed"
     if not bad:
         return "INCOMPLETE: no step is done"
-    word = "FAIL" if night.note.exit_status == 1 else "INCOMPLETE"
+    word = "FAIL" if night.record.exit_status == 1 else "INCOMPLETE"
     first = steps[bad[0]].sentence.removeprefix(f"{word}: ")
     also = f"; also {', '.join(bad[1:])}" if bad[1:] else ""
     return f"{word}: {bad[0]}: {first}{also}"
 
 
-def night_markdown(night: Night, history: History) -> str:
-    """The summary of a night: its steps, what changed since the run before, verify's own."""
-    note = night.note
-    sign = "✅" if note.exit_status == 0 else "❌"
-    lines = [f"# {sign} Night of {night.name}: {escaped(sentence(night))}", ""]
+def night_markdown(night: NightlyRun, history: History) -> str:
+    """The summary of a run: its steps, what changed since the run before, the one of verify."""
+    record = night.record
+    sign = "✅" if record.exit_status == 0 else "❌"
+    lines = [f"# {sign} NightlyRun of {night.name}: {escaped(sentence(night))}", ""]
     lines += ["| step | | result | seconds |", "|---|---|---|---:|"]
-    for name, step in note.steps.items():
+    for name, step in record.steps.items():
         result = escaped(step.sentence)
         lines.append(f"| {name} | {_SIGNS[step.exit_status]} | {result} | {step.seconds:.0f} |")
     lines.append("")
-    if note.run is not None:
-        lines += _since(history, history.entry(note.run), note.run)
+    if record.run is not None:
+        lines += _since(history, history.entry(record.run), record.run)
     summary = night.folder / "summary.md"
     if summary.exists():
         lines.append(summary.read_text(encoding="utf-8"))
@@ -180,8 +182,8 @@ def _scenes(
     return sorted(rows, key=lambda row: _ORDER.index(str(row["state"])))
 
 
-def _night(night: Night) -> dict[str, Any]:
-    note = night.note
+def _night(night: NightlyRun) -> dict[str, Any]:
+    record = night.record
     links = [
         (name, text)
         for name, text in (
@@ -192,13 +194,13 @@ def _night(night: Night) -> dict[str, Any]:
     ]  # fmt: skip
     return {
         "name": night.name,
-        "started": note.started,
-        "commit": note.settings.commit,
-        "finished": note.finished is not None,
-        "status": note.exit_status,
-        "sentence": sentence(night) if note.finished else "not finished",
-        "steps": note.steps,
-        "run": note.run,
+        "started": record.started,
+        "commit": record.settings.commit,
+        "finished": record.finished is not None,
+        "status": record.exit_status,
+        "sentence": sentence(night) if record.finished else "not finished",
+        "steps": record.steps,
+        "run": record.run,
         "links": [(f"{night.name}/{name}", text) for name, text in links],
-        "minutes": f"{sum(step.seconds for step in note.steps.values()) / 60:.1f} min",
+        "minutes": f"{sum(step.seconds for step in record.steps.values()) / 60:.1f} min",
     }

@@ -18,7 +18,7 @@ from reports.history.previous import Point
 from reports.history.store import History
 from reports.history.trends import changes_of
 from reports.nightly.landing import landing_html
-from reports.nightly.night import Night, NightModel, SettingsModel, StepModel
+from reports.nightly.nightly_run import NightlyRecord, NightlyRun, NightlySettings, StepResult
 from reports.nightly.sparkline import HEIGHT, WIDTH, sparkline
 from tests.helpers.browser import chromium
 from tests.helpers.history_runs import entry, with_cell
@@ -35,17 +35,17 @@ def browser() -> Iterator[Browser]:
         yield found
 
 
-def night(folder: Path, run: int, failed: bool) -> Night:
-    settings = SettingsModel(
+def night(folder: Path, run: int, failed: bool) -> NightlyRun:
+    settings = NightlySettings(
         commit=f"{run:040x}", scenes=[], references=[], required=[], budget=60.0, mutants=[]
     )
-    step = StepModel(exit_status=int(failed), sentence="FAIL: 1 of 2 scenes", seconds=61.0)
-    good = StepModel(exit_status=0, sentence="82 of 82 mutants killed", seconds=1.0)
-    note = NightModel(
+    step = StepResult(exit_status=int(failed), sentence="FAIL: 1 of 2 scenes", seconds=61.0)
+    good = StepResult(exit_status=0, sentence="82 of 82 mutants killed", seconds=1.0)
+    note = NightlyRecord(
         started=f"2026-11-{run:02}T02:17:00+00:00", seed=7, settings=settings, run=run,
         steps={"verify": step, "mutants": good}, finished="2026-11-24T02:40:00+00:00",
     )  # fmt: skip
-    return Night(folder / f"2026-11-{run:02}", note)
+    return NightlyRun(folder / f"2026-11-{run:02}", note)
 
 
 def nightly_run(k: int) -> Entry:
@@ -130,7 +130,7 @@ def test_a_page_before_the_first_night_says_so(tmp_path: Path) -> None:
     with History(str(tmp_path / "history.sqlite")) as history:
         text = landing_html([], history)
         unfinished = night(tmp_path, 1, False)
-        unfinished.note = unfinished.note.model_copy(update={"finished": None})
+        unfinished.record = unfinished.record.model_copy(update={"finished": None})
         assert "not finished" in landing_html([unfinished], history)
     assert "no night is finished yet" in text
     assert "✓" not in text.partition("<title>")[2][:3]

@@ -30,12 +30,12 @@ from reference.mutants.matrix import Kill
 from reference.mutants.run import MutationRun
 from reference.source import Reference
 from reports import run as runs
-from reports.cli import nightly as cli_nightly
 from reports.cli.main import run
 from reports.history.store import History
-from reports.nightly import steps
+from reports.nightly import fuzz_step, steps
+from reports.nightly import run as nightly_runs
 from reports.nightly.landing import sentence
-from reports.nightly.night import StepModel, nights
+from reports.nightly.nightly_run import StepResult, all_runs
 from reports.results import provenance as origin
 from reports.results.record import Run
 from tests.helpers.fake_references import HOSTILE, Faulty, Honest, small_scene
@@ -87,7 +87,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setattr(steps, "run_verify", verify)
     for name in set(runs.REPORTS) - {"results.json"}:
         monkeypatch.setitem(runs.REPORTS, name, lambda _: "a report\n")
-    monkeypatch.setattr(steps, "run_campaign", run_campaign)
+    monkeypatch.setattr(fuzz_step, "run_campaign", run_campaign)
     monkeypatch.setattr(steps, "run_mutants", mutants)
     monkeypatch.setattr("reference.mutants.floor.sensitivity_floor", lambda: Floor(1, 1, 1, 1))
     return done
@@ -104,7 +104,7 @@ def night(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Night:
 
     def call(*more: str, commit: str = "a", honest: Honest | None = None) -> int:
         stamp = replace(HERE, commit=commit * 40)
-        monkeypatch.setattr("reports.results.provenance.provenance", lambda: stamp)
+        monkeypatch.setattr("reports.nightly.options.provenance", lambda: stamp)
         fakes = {"honest": honest or Honest()}
         monkeypatch.setattr(registry, "REFERENCES", fakes)
         return run(["nightly", str(scene), "--reference", "honest", "--out", "out", *more])
@@ -193,9 +193,9 @@ def test_a_note_that_cannot_be_read_is_named(
         if text is not None:
             (folder / "night.json").write_text(text, encoding="utf-8")
     assert night() == 0
-    (good,) = nights(tmp_path / "out")
+    (good,) = all_runs(tmp_path / "out")
     for k, started in ((4, "yesterday"), (5, "2026-01-01T00:00:00")):
-        edited = good.note.model_copy(update={"started": started, "finished": None})
+        edited = good.record.model_copy(update={"started": started, "finished": None})
         path = tmp_path / "out" / f"2026-01-0{k}" / "night.json"
         path.write_text(edited.model_dump_json(), encoding="utf-8")
     assert night() == 0
@@ -223,8 +223,8 @@ def test_a_night_goes_on_in_another_history(tried: list[str], night: Night, tmp_
     tried.clear()
     assert night("--history", str(tmp_path / "new.sqlite")) == 0
     assert tried == []
-    (again,) = nights(tmp_path / "out")
-    assert again.note.run == 1
+    (again,) = all_runs(tmp_path / "out")
+    assert again.record.run == 1
 
 
 def test_a_run_that_is_in_no_history_is_not_said_to_have_changed_nothing(
@@ -242,14 +242,14 @@ def test_a_run_that_is_in_no_history_is_not_said_to_have_changed_nothing(
 
 def test_the_worst_step_speaks_first(tried: list[str], night: Night, tmp_path: Path) -> None:
     assert night() == 0
-    (found,) = nights(tmp_path / "out")
+    (found,) = all_runs(tmp_path / "out")
     steps = {
-        "mutants": StepModel(exit_status=3, sentence="no memory", seconds=1.0),
-        "verify": StepModel(exit_status=1, sentence="FAIL: 1 of 3 scenes", seconds=1.0),
+        "mutants": StepResult(exit_status=3, sentence="no memory", seconds=1.0),
+        "verify": StepResult(exit_status=1, sentence="FAIL: 1 of 3 scenes", seconds=1.0),
     }
-    found.note = found.note.model_copy(update={"steps": steps})
+    found.record = found.record.model_copy(update={"steps": steps})
     assert sentence(found) == "FAIL: verify: 1 of 3 scenes; also mutants"
-    found.note = found.note.model_copy(update={"steps": {}})
+    found.record = found.record.model_copy(update={"steps": {}})
     assert sentence(found).startswith("INCOMPLETE")
 
 
@@ -295,7 +295,7 @@ def test_another_question_is_another_night(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(steps, "run_campaign", interrupt)
+        patch.setattr(fuzz_step, "run_campaign", interrupt)
         assert night() == 130
     if other == "age":
         path = only(tmp_path / "out") / "night.json"
@@ -324,7 +324,7 @@ def test_a_night_at_work_is_left_alone_until_it_is_killed(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(steps, "run_campaign", interrupt)
+        patch.setattr(fuzz_step, "run_campaign", interrupt)
         night()
     working = only(tmp_path / "out")
     command = [sys.executable, "-c", HOLD, str(working / ".lock")]
@@ -350,8 +350,8 @@ def test_old_nights_go_and_the_history_stays(
     (out / ".removed-2026-02-02-00").mkdir()  # of a kill
     for _ in range(2):
         assert night("--keep", "2") == 0
-    kept = nights(out)
-    assert [n.note.run for n in kept] == [3, 4]
+    kept = all_runs(out)
+    assert [n.record.run for n in kept] == [3, 4]
     assert names(out) == {*(n.name for n in kept), "2026-01-01"}
     with History(str(out / "history.sqlite"), create=False) as history:
         assert history.latest() == 4
@@ -384,7 +384,7 @@ def test_a_summary_that_nobody_took_is_no_good_night(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     if "sleep" in command:
-        monkeypatch.setattr(cli_nightly, "_NOTIFYING", 0.2)
+        monkeypatch.setattr(nightly_runs, "NOTIFY_TIMEOUT", 0.2)
     assert night("--notify", command) == 3
     assert said in capsys.readouterr().err
 
@@ -395,7 +395,7 @@ def test_a_step_that_breaks_down_costs_itself(
     def broken(*_: object, **__: object) -> Campaign:
         raise RuntimeError("out of luck")
 
-    monkeypatch.setattr(steps, "run_campaign", broken)
+    monkeypatch.setattr(fuzz_step, "run_campaign", broken)
     assert night() == 3
     assert tried == ["mutants all", "verify"]
     text = (tmp_path / "out" / "summary.md").read_text(encoding="utf-8")
@@ -414,7 +414,7 @@ def test_a_step_that_breaks_down_costs_itself(
 def test_a_campaign_that_proves_nothing_is_no_good_night(
     found: Campaign, status: int, tried: list[str], night: Night, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(steps, "run_campaign", lambda *_, **__: found)
+    monkeypatch.setattr(fuzz_step, "run_campaign", lambda *_, **__: found)
     assert night("--budget", "90s") == status
 
 
@@ -503,7 +503,7 @@ def test_a_night_that_was_killed_goes_on(
     code = (
         "from reports.cli.main import main; from reports.nightly import steps; "
         "steps.mutants_step = "
-        "lambda *_: steps.StepModel(exit_status=0, sentence='', seconds=0); main()"
+        "lambda *_: steps.StepResult(exit_status=0, sentence='', seconds=0); main()"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", code, *words], start_new_session=True,
@@ -527,7 +527,7 @@ def test_a_night_that_was_killed_goes_on(
 def test_a_real_night_with_a_small_budget(
     night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(steps, "MOST_SCENES", 2)
+    monkeypatch.setattr(fuzz_step, "MOST_SCENES", 2)
     monkeypatch.setattr(steps, "run_mutants", lambda *_: 1 / 0)  # has its own tests
     assert night("--budget", "1s", "--jobs", "1") == 3
     folder = only(tmp_path / "out")

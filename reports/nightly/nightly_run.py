@@ -1,12 +1,13 @@
-"""One night's folder, and the note of what is done in it.
+"""The folder of one nightly run, and the record of its steps.
 
-`night.json` is written whole after every step, so that a night that was killed goes on with what
-is missing. A lock that ends with its process tells a night that is still at work.
+`night.json` is written after every step, so that an interrupted run continues with the steps that
+are missing. A lock that ends with its process marks a run that is still in progress.
 """
 
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import re
 import secrets
@@ -16,28 +17,28 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationError
 
 from converters.atomic import atomic_file
 from reports.results.json_model import Model, Natural
 
-#: A killed night is gone on with for so long; then a new one begins.
+#: For so long an interrupted run may be continued; after that a new one begins.
 RESUMABLE = timedelta(hours=24)
 NAME = re.compile(r"\d{4}-\d\d-\d\d(-\d+)?")
 FILE = "night.json"
 _LOCK, _REMOVED = ".lock", ".removed-"
 
 
-def _of_a_zone(text: str) -> str:
-    """A time that can be set beside others."""
+def _with_offset(text: str) -> str:
+    """Refuse a time without its offset from UTC."""
     if datetime.fromisoformat(text).tzinfo is None:
         raise ValueError("a time without its offset from UTC")
     return text
 
 
-class StepModel(Model):
+class StepResult(Model):
     """How one step ended."""
 
     exit_status: int = Field(ge=0, le=3)
@@ -45,8 +46,8 @@ class StepModel(Model):
     seconds: float
 
 
-class SettingsModel(Model):
-    """What a night was asked for; a night goes on only with the same."""
+class NightlySettings(Model):
+    """What a run was asked for; it is continued only with the same settings."""
 
     commit: str | None
     scenes: list[str] = Field(description="SHA-256 of each")
@@ -56,17 +57,17 @@ class SettingsModel(Model):
     mutants: list[str] = Field(description="empty: all")
 
 
-class NightModel(Model):
+class NightlyRecord(Model):
     """`night.json`."""
 
     minirtNight: Literal[1] = Field(default=1, description="version of this format")  # noqa: N815
-    started: Annotated[str, AfterValidator(_of_a_zone)] = Field(description="ISO 8601, UTC")
+    started: Annotated[str, AfterValidator(_with_offset)] = Field(description="ISO 8601, UTC")
     number: Natural = Field(
-        default=0, description="in the order in which nights began, whatever a clock says"
+        default=0, description="in the order in which all_runs began, whatever a clock says"
     )
     seed: Natural = Field(description="of the first round of fuzzing")
-    settings: SettingsModel
-    steps: dict[str, StepModel] = Field(default={})
+    settings: NightlySettings
+    steps: dict[str, StepResult] = Field(default={})
     run: int | None = Field(default=None, description="number of the run in the history")
     finished: str | None = None
 
@@ -78,37 +79,41 @@ class NightModel(Model):
 
 
 @dataclass
-class Night:
-    """A night's folder and its note."""
+class NightlyRun:
+    """The folder of a nightly run, and its record."""
 
     folder: Path
-    note: NightModel
+    record: NightlyRecord
 
     @property
     def name(self) -> str:
-        """The day, and a number from the second night of a day on."""
+        """The day, and a number from the second run of a day on."""
         return self.folder.name
 
-    def done(self, step: str, result: StepModel, **also: int | str | None) -> None:
-        """Note that a step is done."""
-        steps = {**self.note.steps, step: result}
-        self.save(steps=steps, **also)
+    def finish_step(self, step: str, result: StepResult) -> None:
+        """Record that a step is done."""
+        self.save(steps={**self.record.steps, step: result})
 
     def save(self, **changes: object) -> None:
-        """Change the note, and write it."""
-        self.note = self.note.model_copy(update=changes)
-        write(self.folder / FILE, self.note.model_dump_json(indent=1) + "\n")
+        """Change the record, and write it."""
+        self.record = self.record.model_copy(update=changes)
+        write(self.folder / FILE, self.record.model_dump_json(indent=1) + "\n")
 
 
 def write(path: Path, text: str) -> None:
-    """A file of a night, whole or not at all."""
+    """A file of a nightly run, whole or not at all."""
     with atomic_file(path) as new:
         new.write_text(text, encoding="utf-8", newline="\n")
 
 
+def write_json(path: Path, document: Any) -> None:
+    """A JSON file of a nightly run, whole or not at all."""
+    write(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
+
+
 @contextmanager
-def begun(out: Path, settings: SettingsModel) -> Iterator[Night]:
-    """The night that was killed with these settings, or a new one; locked until the block ends.
+def started_or_resumed(out: Path, settings: NightlySettings) -> Iterator[NightlyRun]:
+    """The interrupted run with these settings, or a new one; locked until the block ends.
 
     Parameters
     ----------
@@ -117,61 +122,61 @@ def begun(out: Path, settings: SettingsModel) -> Iterator[Night]:
     settings : SettingsModel
     """
     now = datetime.now(UTC)
-    earlier = nights(out)
+    earlier = all_runs(out)
     for night in reversed(earlier):
         if _resumable(night, settings, now):
-            with _locked(night.folder / _LOCK, wait=False) as ours:
-                fresh = _read(night.folder) if ours else None
+            with _locked(night.folder / _LOCK, wait=False) as locked:
+                fresh = _read(night.folder) if locked else None
                 if fresh is not None and _resumable(fresh, settings, now):
                     yield fresh
                     return
     folder = _new_folder(out, now)
     with _locked(folder / _LOCK, wait=True):
-        note = NightModel(
+        record = NightlyRecord(
             started=now.isoformat(timespec="microseconds"),
-            number=max((night.note.number for night in earlier), default=0) + 1,
+            number=max((night.record.number for night in earlier), default=0) + 1,
             seed=secrets.randbits(32),
             settings=settings,
         )
-        night = Night(folder, note)
+        night = NightlyRun(folder, record)
         night.save()
         yield night
 
 
-def nights(out: Path) -> list[Night]:
-    """Every night of a folder that can be read, oldest first."""
+def all_runs(out: Path) -> list[NightlyRun]:
+    """Every run of a folder that can be read, oldest first."""
     found = [night for night in map(_read, _folders(out)) if night is not None]
-    return sorted(found, key=lambda n: (n.note.number, n.note.started, n.name))
+    return sorted(found, key=lambda n: (n.record.number, n.record.started, n.name))
 
 
-def unreadable(out: Path) -> list[str]:
-    """The names of the folders of nights whose note cannot be read."""
+def unreadable_folders(out: Path) -> list[str]:
+    """The names of the folders of runs whose record cannot be read."""
     return sorted(path.name for path in _folders(out) if _read(path) is None)
 
 
 @contextmanager
-def alone(out: Path) -> Iterator[None]:
-    """Nobody else changes what all nights of a folder share."""
+def exclusive(out: Path) -> Iterator[None]:
+    """Hold the lock on the files that all runs of a folder share."""
     with _locked(out / _LOCK, wait=True):
         yield
 
 
-def remove_old(out: Path, keep: int, current: Night) -> list[str]:
-    """Remove all but the newest nights; those at work stay. The history keeps their runs.
+def remove_old(out: Path, keep: int, current: NightlyRun) -> list[str]:
+    """Remove all but the newest runs and those in progress; the history keeps their results.
 
     Returns
     -------
     list of str
         The names of those removed.
     """
-    for left in out.glob(f"{_REMOVED}*"):  # of a kill in the midst of this
+    for left in out.glob(f"{_REMOVED}*"):  # where this was interrupted
         shutil.rmtree(left, ignore_errors=True)
     removed = []
-    for night in nights(out)[:-keep]:
+    for night in all_runs(out)[:-keep]:
         if night.name == current.name:
             continue  # its lock is this process's own
-        with _locked(night.folder / _LOCK, wait=False) as ours:
-            if ours:
+        with _locked(night.folder / _LOCK, wait=False) as locked:
+            if locked:
                 away = out / f"{_REMOVED}{night.name}-{secrets.token_hex(4)}"
                 night.folder.rename(away)
                 shutil.rmtree(away, ignore_errors=True)
@@ -179,10 +184,10 @@ def remove_old(out: Path, keep: int, current: Night) -> list[str]:
     return removed
 
 
-def _resumable(night: Night, settings: SettingsModel, now: datetime) -> bool:
-    note = night.note
-    recent = now - datetime.fromisoformat(note.started) < RESUMABLE
-    return note.finished is None and note.settings == settings and recent
+def _resumable(night: NightlyRun, settings: NightlySettings, now: datetime) -> bool:
+    record = night.record
+    recent = now - datetime.fromisoformat(record.started) < RESUMABLE
+    return record.finished is None and record.settings == settings and recent
 
 
 def _new_folder(out: Path, now: datetime) -> Path:
@@ -199,18 +204,18 @@ def _folders(out: Path) -> list[Path]:
     return [path for path in out.iterdir() if NAME.fullmatch(path.name) and path.is_dir()]
 
 
-def _read(folder: Path) -> Night | None:
-    """A night by its folder; None where it holds no note that can be read."""
+def _read(folder: Path) -> NightlyRun | None:
+    """A run by its folder; None where it holds no record that can be read."""
     try:
         text = (folder / FILE).read_text(encoding="utf-8")
-        return Night(folder, NightModel.model_validate_json(text))
+        return NightlyRun(folder, NightlyRecord.model_validate_json(text))
     except (OSError, ValidationError, ValueError):
         return None
 
 
 @contextmanager
 def _locked(path: Path, *, wait: bool) -> Iterator[bool]:
-    """A lock that ends with the process, however that ends; whether it is ours."""
+    """A lock that ends with the process, however that ends; whether this process holds it."""
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
     try:
         try:
