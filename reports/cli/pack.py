@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from reports.cli.options import CORES, JobsOption, Json, ScenesArgument
 from reports.inputs import names_in
+from reports.pack import Only
 from reports.terminal.console import print_json, progress, stdout_console
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from minirt.scene import Scene
-    from reference.source import Reference
-    from reports.pack import Manifest
 
 
 class MakesByDefault(TyperGroup):
@@ -29,14 +22,6 @@ class MakesByDefault(TyperGroup):
         if args[:1] and args[0] not in (*self.commands, *ctx.help_option_names):
             args = ["make", *args]
         return super().parse_args(ctx, args)
-
-
-class Only(StrEnum):
-    """Which scenes of a pack are made anew."""
-
-    failing = "failing"
-    missing = "missing"
-    all = "all"
 
 
 pack = typer.Typer(
@@ -77,21 +62,23 @@ def make(
     tolerances. The same pack has the same bytes on every machine.
     """
     from reports.inputs import chosen_scenes
-    from reports.pack import make_pack
+    from reports.pack.confirm import PackOptions
+    from reports.pack.make import make_pack
+    from reports.pack.renewed import pack_summary
 
-    chosen, required = _references(reference, require)
+    options = PackOptions.of(names_in(reference), names_in(require), jobs)
     with progress("pack") as tell:
-        manifest = make_pack(chosen_scenes(scenes), out, chosen, required, jobs, tell)
+        manifest = make_pack(chosen_scenes(scenes), out, options, tell)
     if json:
         print_json(manifest.model_dump(mode="json"))
     else:
-        stdout_console().print(_summary(out, manifest), soft_wrap=True)
+        stdout_console().print(pack_summary(out, manifest), soft_wrap=True)
 
 
 @pack.command(epilog="Example: minirt pack verify pack")
 def verify(folder: FolderArgument, jobs: JobsOption = CORES, json: Json = False) -> None:
     """Render a pack's scenes again and compare bit by bit; exit status 1 on one flipped bit."""
-    from reports.pack import differences
+    from reports.pack.check import differences
     from reports.results.words import count, one_line
 
     with progress("pack verify") as tell:
@@ -127,13 +114,15 @@ def approve(
     json: Json = False,
 ) -> None:
     """Replace frames of a pack on purpose, with a record of who, why, and the hashes."""
-    from reports.pack import approve_pack
+    from reports.pack.confirm import PackOptions
+    from reports.pack.make import approve_pack
+    from reports.pack.renewed import renewed_scenes
     from reports.results.words import count
 
-    chosen, required = _references(reference, require)
-    anew = _anew(folder, only, scenes, jobs)
+    options = PackOptions.of(names_in(reference), names_in(require), jobs)
+    anew = renewed_scenes(folder, only, scenes, jobs)
     with progress("pack approve") as tell:
-        records = approve_pack(folder, anew, who, why, chosen, required, jobs, tell)
+        records = approve_pack(folder, anew, who, why, options, tell)
     if json:
         print_json({"approvals": [record.model_dump(mode="json") for record in records]})
     else:
@@ -142,45 +131,3 @@ def approve(
             f"{count(len(anew), 'scene')} looked at",
             soft_wrap=True,
         )
-
-
-def _anew(folder: Path, only: Only, scenes: list[str] | None, jobs: int) -> list[Scene]:
-    """The scenes that are to be rendered and confirmed anew."""
-    from minirt import load_scene
-    from reports.inputs import chosen_scenes
-    from reports.pack import differences, read_manifest
-
-    manifest = read_manifest(folder)
-    packed = {entry.name: folder / entry.folder / "scene.json" for entry in manifest.scenes}
-    lacking = (
-        [s for s in chosen_scenes(scenes) if s.name not in packed] if only != Only.failing else []
-    )
-    if only is Only.missing:
-        return lacking
-    if only is Only.failing:
-        differing = {each.scene for each in differences(folder, jobs)}
-        packed = {name: path for name, path in packed.items() if name in differing}
-    return [load_scene(path) for path in packed.values()] + lacking
-
-
-def _references(named: str, required: str) -> tuple[Sequence[Reference], tuple[str, ...]]:
-    """Who is asked to confirm, and who must answer."""
-    from reference.registry import USUAL, choose_references
-
-    must = tuple(each.name for each in choose_references(names_in(required)))
-    chosen = [] if named == "none" else names_in(named) or list(USUAL)
-    return choose_references([*chosen, *must]), must
-
-
-def _summary(folder: Path, manifest: Manifest) -> str:
-    from reports.results.words import count, listed
-
-    who = listed([*manifest.references, "exact arithmetic"])
-    open_ = {
-        name
-        for entry in manifest.scenes
-        for name, quantity in entry.quantities.items()
-        if not quantity.confirmed_by
-    }
-    tail = f"; not checked somewhere: {', '.join(sorted(open_))}" if open_ else ""
-    return f"{folder}: {count(len(manifest.scenes), 'scene')}, confirmed by {who}{tail}"

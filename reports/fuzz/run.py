@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from minirt.errors import InputError
+from reference import registry
 from reference.fuzz.campaign import Campaign, CampaignOptions, Failure, run_campaign
 from reference.jobs.cluster import Cluster
-from reference import registry
 from reference.registry import choose_references
 from reference.source import Reference
 from reports.fuzz.case import sentence, write_case

@@ -15,7 +15,7 @@ from reports.gate.subject import Subject
 from reports.history.recording import HistoryTarget, RecordedRun, recorded_run
 from reports.inputs import cache_unless, chosen_scenes, scene_names
 from reports.results.baseline import Baseline, read_baseline, write_baseline
-from reports.results.mutants import read_mutant_matrix
+from reports.results.mutants import read_kill_matrix
 from reports.results.words import count
 from reports.run import Progress, RunOptions
 
@@ -110,7 +110,7 @@ def run_gate(subject: Subject, options: GateOptions, progress: Progress | None =
     for scene in scenes:
         judged.declare(scene)  # refused before anything is rendered
     known = _known_failures(options.baseline)
-    matrix = None if options.mutants is None else read_mutant_matrix(options.mutants)
+    matrix = None if options.mutants is None else read_kill_matrix(options.mutants)
     comparison = Options(
         chosen, required, subject.process_timeout, options.jobs, cache_unless(options.no_cache),
         Callbacks(diagnose=diagnose),

@@ -1,4 +1,4 @@
-"""Make a pack: render, have every frame confirmed, write it whole or not at all."""
+"""Make a pack, or approve other frames in it: confirmed, and written whole or not at all."""
 
 from __future__ import annotations
 
@@ -6,74 +6,38 @@ import platform
 import re
 import shutil
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from converters.atomic import atomic_folder, require_replaceable
-from converters.frames.io import write_frame
-from converters.scene_folder import write_scene_folder
 from minirt.errors import InputError, ReferenceError
-from minirt.quantities import QUANTITIES
 from minirt.scene import Scene
 from minirt.version import __version__
-from reference.compare.precision import Claim, Precision, declared
-from reference.compare.stability import Exact, Stability, exact_answer, stability_of
 from reference.jobs.isolate import Workers
-from reference.source import Reference
-from reference.verify.options import Options
-from reference.verify.results import SceneResult
-from reference.verify.run import verify
+from reports.pack.confirm import Confirmed, PackOptions, confirm
 from reports.pack.manifest import (
     CHECKSUM,
     MANIFEST,
     Approval,
     Manifest,
-    QuantityModel,
     SceneEntry,
-    ToleranceModel,
-    array_hash,
-    files_in,
     read_manifest,
     write_manifest,
 )
-from reports.pack.sheet import write_sheet
-from reports.results.cells import scene_state
-from reports.results.findings import findings_of
-from reports.results.verdict import decide
-
-#: The number formats that a pack says tolerances for.
-PRECISIONS: tuple[Precision, ...] = ("float64", "float32", "half")
+from reports.pack.scene import pack_scene
 
 #: Called with the numbers of steps done and of all steps.
 Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class Confirmed:
-    """What was found out about scenes before they are packed.
-
-    Attributes
-    ----------
-    by : dict of str to dict of str to list of str
-        By scene and quantity: who confirms it.
-    programs : dict of str to str
-        What really ran, by reference.
-    """
-
-    by: dict[str, dict[str, list[str]]]
-    programs: dict[str, str]
+#: No reference confirms, only exact arithmetic.
+DEFAULTS = PackOptions()
 
 
 def make_pack(
     scenes: Sequence[Scene],
     folder: Path,
-    references: Sequence[Reference] = (),
-    required: Collection[str] = (),
-    jobs: int = 2,
+    options: PackOptions = DEFAULTS,
     progress: Progress | None = None,
 ) -> Manifest:
     """Write a pack of reference images.
@@ -85,12 +49,9 @@ def make_pack(
     folder : Path
         New, empty, or an earlier pack of these scenes, or fewer, whose frames are the same: see
         `approve_pack`.
-    references : sequence of Reference
-        Who is asked to confirm; the exact judge is always asked.
-    required : collection of str
-        Names of references without whose answer there is no pack.
-    jobs : int
+    options : PackOptions
     progress : callable, optional
+        Called with the numbers of steps done and of all steps.
 
     Raises
     ------
@@ -99,13 +60,13 @@ def make_pack(
     ReferenceError
         A frame is contradicted, or a required reference did not answer.
     """
-    _require_room(folder)
+    _require_replaceable_pack(folder)
     old = read_manifest(folder) if (folder / MANIFEST).exists() else None
-    first, second = _halves(len(scenes), progress)
-    confirmed = confirmations(scenes, references, required, jobs, first)
+    confirming, writing = _halves(len(scenes), progress)
+    confirmed = confirm(scenes, options, confirming)
     with atomic_folder(folder) as staging:
-        entries = _entries(scenes, confirmed, staging, jobs, second)
-        manifest = _manifest(entries, confirmed, required, old.approvals if old else ())
+        entries = _entries(scenes, confirmed, staging, options.jobs, writing)
+        manifest = _manifest(entries, confirmed, options.required, old.approvals if old else ())
         if old is not None:
             _require_unchanged(old, manifest, folder)
         write_manifest(manifest, staging)
@@ -117,12 +78,10 @@ def approve_pack(
     scenes: Sequence[Scene],
     who: str,
     why: str,
-    references: Sequence[Reference] = (),
-    required: Collection[str] = (),
-    jobs: int = 2,
+    options: PackOptions = DEFAULTS,
     progress: Progress | None = None,
 ) -> tuple[Approval, ...]:
-    """Replace, or add, scenes of a pack on purpose; the others stay to the byte.
+    """Replace or add scenes of a pack on purpose; the others keep every byte.
 
     Parameters
     ----------
@@ -132,7 +91,7 @@ def approve_pack(
         To be rendered and confirmed anew.
     who, why : str
         Kept in the pack; not empty.
-    references, required, jobs, progress
+    options, progress
         As for `make_pack`.
 
     Returns
@@ -143,80 +102,36 @@ def approve_pack(
     Raises
     ------
     InputError
-        It is no pack, or nobody approves, or for no reason.
+        It is no pack, or `who` or `why` is empty.
     ReferenceError
         As for `make_pack`.
     """
     for name, text in (("who", who), ("why", why)):
         if not text.strip():
             raise InputError("an approval says who and why", where=name, got=repr(text))
-    _require_room(folder)
+    _require_replaceable_pack(folder)
     old = read_manifest(folder)
-    first, second = _halves(len(scenes), progress)
-    confirmed = confirmations(scenes, references, required, jobs, first)
+    confirming, writing = _halves(len(scenes), progress)
+    confirmed = confirm(scenes, options, confirming)
     with atomic_folder(folder) as staging:
-        fresh = {entry.name: entry for entry in _entries(scenes, confirmed, staging, jobs, second)}
+        fresh = {
+            entry.name: entry
+            for entry in _entries(scenes, confirmed, staging, options.jobs, writing)
+        }
         kept = [entry for entry in old.scenes if entry.name not in fresh]
         for entry in kept:
             shutil.copytree(folder / entry.folder, staging / entry.folder)
         places = {entry.name: k for k, entry in enumerate(old.scenes)}
         entries = sorted([*kept, *fresh.values()], key=lambda e: places.get(e.name, len(places)))
         records = tuple(_approvals(old, fresh.values(), who, why))
-        manifest = _manifest(entries, confirmed, required, (*old.approvals, *records))
+        manifest = _manifest(entries, confirmed, options.required, (*old.approvals, *records))
         write_manifest(manifest, staging)
     return records
 
 
-def confirmations(
-    scenes: Sequence[Scene],
-    references: Sequence[Reference],
-    required: Collection[str],
-    jobs: int,
-    tell: Callable[[int], None],
-) -> Confirmed:
-    """Compare scenes with references and exact arithmetic.
-
-    Raises
-    ------
-    ReferenceError
-        Anything contradicts a frame, or a required reference did not answer.
-    """
-    results = []
-    for result in verify(scenes, references, Options(jobs=jobs)):
-        results.append(result)
-        tell(len(results))
-    names = [reference.name for reference in references]
-    verdict = decide(findings_of(results, names), names, required)
-    refused = [r.scene.name for r in results if scene_state(r) == "failed" or r.judgement is None]
-    if refused or any(name in trouble for trouble in verdict.troubles for name in required):
-        raise ReferenceError(
-            "not confirmed, so nothing was packed", where=", ".join(refused)[:200],
-            got=verdict.sentence,
-        )  # fmt: skip
-    programs = {
-        answer.reference: answer.program
-        for result in results
-        for answer in result.references
-        if answer.declared is not None
-    }
-    return Confirmed({result.scene.name: _confirmed_by(result) for result in results}, programs)
-
-
-def _confirmed_by(result: SceneResult) -> dict[str, list[str]]:
-    by: dict[str, list[str]] = {name: [] for name in QUANTITIES}
-    for answer in result.references:
-        for check in answer.checks:
-            if check.state == "passed":
-                by[check.quantity].append(answer.reference)
-    for count in result.judgement.counts if result.judgement else ():
-        if count.decided and count.agreed == count.decided:
-            by[count.quantity].append("judge")
-    return by
-
-
 def _entries(
     scenes: Sequence[Scene], confirmed: Confirmed, staging: Path, jobs: int,
-    tell: Callable[[int], None],
+    progress: Callable[[int], None],
 ) -> list[SceneEntry]:  # fmt: skip
     """Every scene's folder and record, each made in a child process."""
     entries = []
@@ -230,63 +145,8 @@ def _entries(
             if outcome.state != "done":
                 raise ReferenceError("cannot be packed", where=scene.name, got=outcome.reason)
             entries.append(outcome.value)
-            tell(len(entries))
+            progress(len(entries))
     return entries
-
-
-def pack_scene(scene: Scene, confirmed_by: dict[str, list[str]], folder: Path) -> SceneEntry:
-    """Write one scene's folder; give its record. Runs in a child process."""
-    exact = exact_answer(scene)
-    stabilities = {
-        name: stability_of(exact, declared(scene, Claim(name, handed=name))) for name in PRECISIONS
-    }
-    write_scene_folder(scene, folder)
-    write_frame(exact.frame, folder / "frame.npz")
-    write_frame(exact.frame, folder / "frame.exr")
-    certain = np.logical_and.reduce(list(stabilities["float64"].certain.values()))
-    write_sheet(exact.frame, certain, scene.name, folder / "sheet.png")
-    for name, stability in stabilities.items():
-        _write_masks(stability, folder / f"uncertain-{name}.npz")
-    return SceneEntry(
-        name=scene.name,
-        folder=folder.name,
-        sha256=scene.sha256,
-        nx=scene.screen.nx,
-        ny=scene.screen.ny,
-        quantities=_quantities(exact, stabilities, confirmed_by),
-        files=files_in(folder),
-    )
-
-
-def _write_masks(stability: Stability, path: Path) -> None:
-    """Where each quantity cannot be judged, a bool array each."""
-    masks: dict[str, Any] = {name: ~mask for name, mask in stability.certain.items()}
-    np.savez_compressed(path, **masks)
-
-
-def _quantities(
-    exact: Exact, stabilities: dict[Precision, Stability], confirmed_by: dict[str, list[str]]
-) -> dict[str, QuantityModel]:
-    return {
-        name: QuantityModel(
-            sha256=array_hash(array),
-            dtype=array.dtype.str,
-            shape=list(array.shape),
-            confirmed_by=confirmed_by[name],
-            precisions={kind: _tolerance(s, name) for kind, s in stabilities.items()},
-        )
-        for name, array in exact.frame.items()
-    }
-
-
-def _tolerance(stability: Stability, name: str) -> ToleranceModel:
-    certain = stability.certain[name]
-    allowed = stability.tolerance[name][certain] if name in stability.tolerance else np.zeros(0)
-    return ToleranceModel(
-        certain=int(certain.sum()),
-        median=float(np.median(allowed)) if allowed.size else None,
-        largest=float(allowed.max()) if allowed.size else None,
-    )
 
 
 def _manifest(
@@ -331,8 +191,8 @@ def _hashes(entry: SceneEntry) -> dict[str, str]:
     return {name: quantity.sha256 for name, quantity in entry.quantities.items()}
 
 
-def _require_room(folder: Path) -> None:
-    """Only an earlier pack is ever replaced."""
+def _require_replaceable_pack(folder: Path) -> None:
+    """Refuse a folder that holds anything but an earlier pack."""
     if not (folder / MANIFEST).exists():
         require_replaceable(folder, ())
         return
@@ -362,7 +222,7 @@ def _require_unchanged(old: Manifest, new: Manifest, folder: Path) -> None:
 def _halves(
     scenes: int, progress: Progress | None
 ) -> tuple[Callable[[int], None], Callable[[int], None]]:
-    """What is told of scenes that are confirmed, and of scenes that are written after that."""
+    """Two callbacks: for scenes that are confirmed, and for those that are written afterwards."""
 
     def tell(before: int, done: int) -> None:
         if progress is not None:

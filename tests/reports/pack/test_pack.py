@@ -18,9 +18,10 @@ from converters.scene_folder import plain_document
 from minirt.errors import InputError, ReferenceError
 from minirt.scene import Scene
 from reports.cli.main import run
-from reports.pack import approve_pack, differences, make_pack, read_manifest
-from reports.pack.check import check_scene
-from reports.pack.manifest import CHECKSUM, MANIFEST, files_in, write_manifest
+from reports.pack.check import check_scene, differences
+from reports.pack.confirm import PackOptions
+from reports.pack.make import approve_pack, make_pack
+from reports.pack.manifest import CHECKSUM, MANIFEST, files_in, read_manifest, write_manifest
 from tests.helpers.fake_references import Honest, InsideOut, Missing, small_scene
 
 
@@ -31,10 +32,16 @@ def small(name: str = "ball", light: float = -1.0) -> Scene:
     return minirt.load_scene(document)
 
 
+#: Only exact arithmetic confirms.
+ALONE = PackOptions(jobs=1)
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("packs") / "pack"
-    make_pack([small("ball"), small("another <ball>")], folder, [Honest()], ["honest"], jobs=1)
+    make_pack(
+        [small("ball"), small("another <ball>")], folder, PackOptions([Honest()], ["honest"], 1)
+    )
     return folder
 
 
@@ -156,9 +163,9 @@ def test_a_manifest_leads_nowhere_else(pack: Path) -> None:
 
 def test_what_a_reference_contradicts_is_not_packed(tmp_path: Path) -> None:
     with pytest.raises(ReferenceError, match="not confirmed, so nothing was packed"):
-        make_pack([small()], tmp_path / "pack", [InsideOut()], jobs=1)
+        make_pack([small()], tmp_path / "pack", PackOptions([InsideOut()], jobs=1))
     with pytest.raises(ReferenceError, match="missing is missing"):
-        make_pack([small()], tmp_path / "pack", [Honest(), Missing()], ["missing"], jobs=1)
+        make_pack([small()], tmp_path / "pack", PackOptions([Honest(), Missing()], ["missing"], 1))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -166,14 +173,14 @@ def test_what_a_reference_contradicts_is_not_packed(tmp_path: Path) -> None:
 def test_other_frames_are_not_packed_over_but_approved(pack: Path) -> None:
     before = files_in(pack)
     with pytest.raises(InputError, match="other frames; got ball"):
-        make_pack([small(light=-1.5), small("another <ball>")], pack, jobs=1)
+        make_pack([small(light=-1.5), small("another <ball>")], pack, ALONE)
     with pytest.raises(InputError, match="scenes that would be lost; got another <ball>"):
-        make_pack([small()], pack, jobs=1)
+        make_pack([small()], pack, ALONE)
     for who, why in (("", "a reason"), ("Ada", " ")):
         with pytest.raises(InputError, match="an approval says who and why"):
-            approve_pack(pack, [small(light=-1.5)], who, why, jobs=1)
+            approve_pack(pack, [small(light=-1.5)], who, why, ALONE)
     assert files_in(pack) == before
-    (record,) = approve_pack(pack, [small(light=-1.5)], "Ada", "the light moved", jobs=1)
+    (record,) = approve_pack(pack, [small(light=-1.5)], "Ada", "the light moved", ALONE)
     assert (record.scene, record.who, record.why) == ("ball", "Ada", "the light moved")
     assert record.old["depth"] == record.new["depth"]
     assert record.old["color"] != record.new["color"]
@@ -181,7 +188,7 @@ def test_other_frames_are_not_packed_over_but_approved(pack: Path) -> None:
     assert said(pack) == []
     kept = {name: h for name, h in before.items() if name.startswith("another")}
     assert kept.items() <= files_in(pack).items()
-    assert approve_pack(pack, [small(light=-1.5)], "Ada", "again", jobs=1) == ()
+    assert approve_pack(pack, [small(light=-1.5)], "Ada", "again", ALONE) == ()
 
 
 def test_only_the_missing_are_added(pack: Path, tmp_path: Path) -> None:
@@ -203,7 +210,7 @@ def test_only_the_missing_are_added(pack: Path, tmp_path: Path) -> None:
 def test_a_folder_of_something_else_stays(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("x", encoding="utf-8")
     with pytest.raises(InputError, match="holds other files"):
-        make_pack([small()], tmp_path, jobs=1)
+        make_pack([small()], tmp_path, ALONE)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.txt"]
 
 
