@@ -118,7 +118,7 @@ class FirstHits:
 
 
 class AnyHits(FirstHits):
-    """Some hit of each ray: nothing is asked of a ray that has one."""
+    """Some hit of each ray: a ray that has one is not tested any more."""
 
     def latest(self, rays: Index, t: Floats) -> Floats:
         """Below every t."""

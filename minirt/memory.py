@@ -49,7 +49,7 @@ def require_memory(needed: int, what: str) -> None:
 
 
 def available() -> int | None:
-    """Bytes that this process may still take: the least of all that is told; None if nothing is."""
+    """Bytes that this process may still take, by the least known limit; None if none is known."""
     return min(_told(), default=None)
 
 

@@ -1,4 +1,4 @@
-"""S5, S6: rays P0 + t·d, and the interval of t that is asked for."""
+"""S5, S6: rays P0 + t·d, and the interval of t that counts."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from minirt.shapes.triangle import TriangleCase
 from minirt.vectors import Bools, Floats, Index, put, take
 
 #: Rules that decide what a ray meets. Bounding volumes hold the lecture's shapes only: once one of
-#: these is replaced, the rules are asked about every pair.
+#: these is replaced, every pair of a ray and a primitive is tested.
 ASKED_OF_EVERY_PAIR = frozenset(
     {"closer", "in_interval", "sphere", "smallest_root", "triangle", "plane", "polygon"}
 )
@@ -31,7 +31,7 @@ class World:
     index : SceneIndex
     rules : Rules
     candidates : Candidates
-        Which pairs of a ray and a primitive the rules are asked about.
+        Which pairs of a ray and a primitive are tested by the rules.
     """
 
     geometry: Geometry

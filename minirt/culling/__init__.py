@@ -1,4 +1,4 @@
-"""Culling: which pairs of a ray and a primitive are worth asking; it never changes an answer.
+"""Culling: which pairs of a ray and a primitive are worth testing; it never changes an answer.
 
 This module is the door: the rest of the product imports from here alone. All that stands behind it
 may be left out: `every_pair` gives the same answers as `culled_pairs`, only later.

@@ -45,7 +45,7 @@ class BoundingTest(ABC):
 
     @cached_property
     def _table(self) -> Floats:
-        """P0, d, t0 and ‖d‖ of each ray, (n, 8): what is asked for together lies together."""
+        """P0, d, t0 and ‖d‖ of each ray, (n, 8), so that one fetch brings them all."""
         rays = self._rays
         table = np.empty((rays.count, 8))
         table[:, :3], table[:, 3:6] = rays.P0.T, rays.d.T

@@ -1,4 +1,4 @@
-"""Which pairs of a ray and a primitive are worth asking, by whatever way costs least."""
+"""Which pairs of a ray and a primitive are worth testing, by whatever way costs least."""
 
 from __future__ import annotations
 

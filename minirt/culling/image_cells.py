@@ -21,9 +21,9 @@ from minirt.vectors import Bools, Index
 SIDE = 256
 #: Pixels along the side of a cell.
 CELL = 8
-#: Primitives of a kind, at most, of which a cell is asked whether it may show one.
+#: Primitives of a kind, at most, that cells are tested against.
 _MOST = 32
-#: Cells that are told at once whether they may show anything, in whole rows.
+#: Cells that are tested at once, in whole rows.
 _CELLS = 8_192
 
 

@@ -29,7 +29,7 @@ _CHUNK, _ROWS, _PAIRS = 32_768, 65_536, 16_384
 
 @dataclass(frozen=True, eq=False)
 class Rasteriser:
-    """Primitives to be drawn over a grid.
+    """Primitives to be rasterised over a grid.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Rasteriser:
 
     @classmethod
     def of(cls, grid: RayGrid, groups: PrimitiveGroups) -> Rasteriser | None:
-        """The rasteriser of some groups; None where a tree is asked for less."""
+        """The rasteriser of some groups; None where walking a tree costs less."""
         projection = grid.projection
         u, v, depth = projection.points(groups.middle)
         reach = groups.radius + projection.pad

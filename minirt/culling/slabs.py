@@ -98,7 +98,7 @@ class Slabs:
         self._slack, self._kind = rounding(kind) + pad / size, kind
         #: Whose square makes infinity of every positive normal number.
         self._huge = kind(2.0 ** (np.finfo(kind).maxexp - 1))
-        # What a ray is asked for lies together: its cost is that of fetching it.
+        # One ray's numbers lie together: what they cost is the fetching.
         self._numbers = np.empty((rays.count, 6), dtype=kind)
         self._numbers[:, :3], self._numbers[:, 3:] = entry.T, inverse.T
         self._octant = np.signbit(d).T @ np.array([1, 2, 4], dtype=np.int8)
