@@ -14,20 +14,18 @@ from typing import Annotated
 
 import typer
 
-from reports.cli.doctor import doctor
 from reports.cli.exercises import exercises
 from reports.cli.explain import explain
 from reports.cli.export import export
 from reports.cli.fuzz import fuzz
 from reports.cli.gate import gate
 from reports.cli.grade import grade
+from reports.cli.inventory import doctor, rules, scenes
 from reports.cli.mutants import mutants
 from reports.cli.nightly import nightly
 from reports.cli.pack import pack
 from reports.cli.render import render
 from reports.cli.report import report
-from reports.cli.rules import rules
-from reports.cli.scenes import scenes
 from reports.cli.verify import verify
 from reports.terminal.console import print_json, stderr_console
 from reports.terminal.streams import discard_unwritable_output, prepare

@@ -49,18 +49,12 @@ class Subject:
 
     Attributes
     ----------
-    cmd, python, frames
-        What runs it, or what it rendered earlier: one of the three.
-    scene_as, out_as
-        The formats of a program's input and output.
-    precision, handed
-        The number format that it computes in, and the one in which its numbers arrive.
-    delta, max_delta, start
-        The error that it declares, the widest that it may, and where its secondary rays start;
-        lengths in scene units.
-    sandbox : bool
-    timeout : float
-        Seconds for each scene.
+    cmd, python, frames : what runs it, or what it rendered earlier: one of the three
+    scene_as, out_as : the formats of a program's input and output
+    precision, handed : the number formats that it computes in, and in which its numbers arrive
+    delta, max_delta, start : lengths in scene units: the error that it declares, the widest that
+        it may declare, and where its secondary rays start
+    sandbox, timeout : whether a program runs in the sandbox, and the seconds for each scene
     """
 
     cmd: str = ""
