@@ -42,7 +42,7 @@ def renewed_scenes(
 
 
 def pack_summary(folder: Path, manifest: Manifest) -> str:
-    """The scenes of a pack, who confirms them, and what nobody does."""
+    """The scenes of a pack, who confirms them, and the quantities that are not confirmed."""
     who = listed([*manifest.references, "exact arithmetic"])
     open_ = {
         name

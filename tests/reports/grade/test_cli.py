@@ -159,4 +159,4 @@ def test_a_time_of_nobody_is_told(place: Path, capsys: pytest.CaptureFixture[str
     assert run([*COMMAND, "--times", "times.csv"]) == 0
     said = capsys.readouterr().out
     assert "no time is known of 1 of 2 submissions, on time therefore: ben" in said
-    assert "times of nobody who has handed in: Ben" in said
+    assert "times of students without a submission: Ben" in said
