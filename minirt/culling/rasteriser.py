@@ -15,9 +15,10 @@ from functools import reduce
 import numpy as np
 
 from minirt.culling.groups import PrimitiveGroups, Projected
+from minirt.culling.occlusion import OcclusionMap
 from minirt.culling.projection import NOTHING
 from minirt.culling.ray_grid import RayGrid
-from minirt.vectors import Floats, Index
+from minirt.vectors import Floats, Index, take
 
 #: Primitives a ray that are worth drawing.
 _MOST = 16
@@ -37,6 +38,8 @@ class Rasteriser:
     groups : PrimitiveGroups
     order : (g,) intp
         The groups that reach into the grid, near ones first.
+    squares : (4, g) float64
+        Of each of them u and v of the middle, half the side, and the least depth.
     close : (k,) intp
         The primitives that are too close to be drawn: any ray may meet them.
     """
@@ -44,6 +47,7 @@ class Rasteriser:
     grid: RayGrid
     groups: PrimitiveGroups
     order: Index
+    squares: Floats
     close: Index
 
     @classmethod
@@ -63,8 +67,11 @@ class Rasteriser:
             return None
         near = groups.projected(projection, unsure)
         close = np.unique(near.which[~projection.beyond(near.near) & (near.far >= 0)])
-        order = some[np.argsort((depth - reach).take(some))]
-        return cls(grid, groups, order, close) if len(close) <= _MOST_CLOSE else None
+        squares = np.stack((u, v, size, depth - reach))
+        order = some[np.argsort(squares[3].take(some))]
+        if len(close) > _MOST_CLOSE:
+            return None
+        return cls(grid, groups, order, take(squares, order), close)
 
     def pairs(self, t_max: Floats) -> Iterator[tuple[Index, Index]]:
         """Yield (rays, primitives): pairs (p,) that may meet by t = t_max (n,), near ones first.
@@ -72,8 +79,14 @@ class Rasteriser:
         The caller may lower t_max between two steps.
         """
         projection, step = self.grid.projection, max(1, _CHUNK // self.groups.members.shape[1])
+        occlusion = OcclusionMap(self.grid)
         for start in range(0, len(self.order), step):
-            projected = self.groups.projected(projection, self.order[start : start + step])
+            some = slice(start, start + step)
+            groups = self.order[some]
+            if start or t_max.min() < np.inf:
+                u, v, radius, near = self.squares[:, some]
+                groups = groups[~occlusion.hides(u, v, radius, near, t_max)]
+            projected = self.groups.projected(projection, groups)
             drawable = projection.beyond(projected.near)
             if not drawable.all():
                 projected = projected.take(np.flatnonzero(drawable))

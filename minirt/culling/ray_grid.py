@@ -38,8 +38,8 @@ class RayGrid:
 
     Attributes
     ----------
-    projection : Projection
-    u : (n,) float64
+    low, size : (2,) float64
+        The least u and v, and what u and v span.
     earliest : (n,) float64
         Depth of each ray's start.
     """
@@ -47,15 +47,14 @@ class RayGrid:
     def __init__(
         self, projection: Projection, u: Floats, v: Floats, begin: Floats, speed: Floats, t0: Floats
     ) -> None:
-        self.projection, self.u, self._v = projection, u, v
-        self._begin, self._speed = begin, speed
+        self.projection, self.u, self.v, self.begin, self.speed = projection, u, v, begin, speed
         self.earliest = begin + speed * t0
-        self._low = np.array([u.min(), v.min()])
-        self._size = np.array([u.max(), v.max()]) - self._low
+        self.low = np.array([u.min(), v.min()])
+        self.size = np.array([u.max(), v.max()]) - self.low
         self._sort()
 
     def __len__(self) -> int:
-        return len(self._speed)
+        return len(self.speed)
 
     def _sort(self) -> None:
         """Into rows, and along them into cells.
@@ -63,9 +62,9 @@ class RayGrid:
         Rows are looked for among lines finer than they are, empty ones left out; where that finds
         too many, lines are made as high as rows should be.
         """
-        side = self._along(1)
+        side = self.along(1)
         for self._lines in (_FINE * side, side):
-            line = self._line(self._v)
+            line = self._line(self.v)
             filled = np.bincount(line, minlength=self._lines) > 0
             rows = int(filled.sum())
             if rows <= 1.5 * side:
@@ -79,26 +78,26 @@ class RayGrid:
             order = _sorted(cell)
             self._order = order.take(_sorted(row.take(order)))
         self._before = np.cumsum(np.append(0, np.bincount(number, minlength=rows * self._cells)))
-        first, v = self._before[: -1 : self._cells], self._v.take(self._order)
+        first, v = self._before[: -1 : self._cells], self.v.take(self._order)
         self._bottom, self._top = np.minimum.reduceat(v, first), np.maximum.reduceat(v, first)
 
-    def _along(self, axis: int) -> int:
+    def along(self, axis: int) -> int:
         """About how many rays there are along u (0) or v (1), if they are spread evenly."""
-        this, other = float(self._size[axis]), float(self._size[1 - axis])
+        this, other = float(self.size[axis]), float(self.size[1 - axis])
         if min(this, other) > NOTHING:
             return int(min(max(1.0, (len(self) * this / other) ** 0.5), _MANY // _FINE))
         return 1 if this <= NOTHING else min(len(self), _MANY // _FINE)
 
     def _line(self, v: Floats, low: int = 0, high: int = _MANY) -> Index:
-        return _number(v, self._low[1], self._size[1], self._lines, low, high)
+        return numbered(v, self.low[1], self.size[1], self._lines, low, high)
 
     def _cell(self, u: Floats, low: int = 0, high: int = _MANY) -> Index:
-        return _number(u, self._low[0], self._size[0], self._cells, low, high)
+        return numbered(u, self.low[0], self.size[0], self._cells, low, high)
 
     def shows(self, u: Floats, v: Floats, radius: Floats) -> Bools:
         """Whether squares, (k,) by their middles and half sides, reach into the grid."""
         outside = np.zeros(u.shape, dtype=np.bool_)
-        for x, low, size in zip((u, v), self._low, self._size, strict=True):
+        for x, low, size in zip((u, v), self.low, self.size, strict=True):
             outside |= (x + radius < low) | (x - radius > low + size)
         return ~outside
 
@@ -131,8 +130,8 @@ class RayGrid:
 
     def latest(self, t_max: Floats, rays: Index) -> Floats:
         """The depth (k,) of some rays (k,) at t = t_max (n,)."""
-        begin = self._begin if self.projection.central else self._begin.take(rays)
-        depth: Floats = begin + self._speed.take(rays) * t_max.take(rays)
+        begin = self.begin if self.projection.central else self.begin.take(rays)
+        depth: Floats = begin + self.speed.take(rays) * t_max.take(rays)
         return depth
 
 
@@ -168,7 +167,7 @@ def grid_of(rays: Rays, pad: float, reach: float) -> RayGrid | None:
     return RayGrid(projection, u, v, begin, speed, rays.t0)
 
 
-def _number(x: Floats, low: float, size: float, many: int, least: int, most: int) -> Index:
+def numbered(x: Floats, low: float, size: float, many: int, least: int, most: int) -> Index:
     """In which of many equal parts x (k,) is; a little early, so that the end is in the last."""
     if size <= NOTHING:
         return np.zeros(x.shape, dtype=np.intp)

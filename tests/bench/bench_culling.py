@@ -15,6 +15,7 @@ from converters.placement import fitted_placement
 from minirt import culling
 from minirt.culling import candidates, tree
 from minirt.culling.bounding_tests import BoundingTest
+from minirt.culling.occlusion import OcclusionMap
 from minirt.geometry import Geometry
 from minirt.rays import Rays
 from minirt.rules import SLIDES
@@ -59,6 +60,13 @@ def _without_tree(patch: pytest.MonkeyPatch) -> None:
 
 def _without_rasteriser(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(candidates._Search, "_rasteriser", lambda search, kind, reach: None)
+
+
+def _without_occlusion(patch: pytest.MonkeyPatch) -> None:
+    def hides(occlusion: OcclusionMap, u: Floats, *rest: Floats) -> Any:
+        return np.zeros(u.shape, dtype=np.bool_)
+
+    patch.setattr(OcclusionMap, "hides", hides)
 
 
 def _without_one_point(patch: pytest.MonkeyPatch) -> None:
@@ -117,6 +125,7 @@ MECHANISMS: dict[str, tuple[Switch, dict[str, Callable[[], Callable[[], object]]
             GLASS: partial(_image, GLASS),
         },
     ),
+    "occlusion": (_without_occlusion, {"mesh, 1.3M": partial(_first_hits, "mesh, 1.3M")}),
     "one point": (_without_one_point, {"stability, mesh, 5k": _stability}),
 }
 
