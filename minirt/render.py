@@ -10,7 +10,7 @@ from minirt.culling import squares, visible_pixels
 from minirt.errors import InputError
 from minirt.frame import Array, Frame
 from minirt.hits import RayHits
-from minirt.memory import require_memory
+from minirt.memory import keep_freed_memory, require_memory
 from minirt.points import Branch, Points, SecondaryRays
 from minirt.quantities import QUANTITIES
 from minirt.rays import Rays
@@ -61,6 +61,7 @@ def render(
 
     Source: S4.
     """
+    keep_freed_memory()
     whitted = Whitted(scene, rules)
     names = chosen_quantities(quantities)
     if progress is not None and not callable(progress):
