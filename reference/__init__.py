@@ -1,1 +1,1 @@
-"""Whom minirt is compared with, and how."""
+"""The renderers that minirt is compared with, and how it is compared."""

@@ -1,8 +1,8 @@
-"""What was answered once, kept on disk by the hash of all that it depends on.
+"""A cache on disk of frames and their stability, by a hash of everything that they depend on.
 
 A frame and its stability depend on the scene, its meshes, the declared error and this program; a
-reference's frame on the scene, this program, the reference's own versions and the processor. Each
-is in the key, down to the bytes of the source files, so that nothing stale is ever found.
+reference's frame on the scene, this program, the reference's own versions and the processor. All of
+them are in the key, down to the bytes of the source files, so that no stale entry is ever found.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from reference.compare.stability import Exact, Stability, exact_answer, stabilit
 from reference.jobs.identity import source_digest
 from reference.source import Declared, Reference, Rendering, Reproducible
 
-#: Bytes on disk beyond which what was not used for longest is removed.
+#: Bytes on disk beyond which the least recently used entries are removed.
 MOST_BYTES = 6 * 2**30
 
 Arrays = dict[str, Array]
 
 
 def usual_folder() -> Path:
-    """Where caches belong: below ``XDG_CACHE_HOME``, or ``~/.cache``."""
+    """The usual folder of the cache: below ``XDG_CACHE_HOME``, or ``~/.cache``."""
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return Path(base).expanduser() / "minirt"
 
@@ -52,7 +52,7 @@ class Cache:
     Attributes
     ----------
     folder : Path
-        Made where it is not there. What cannot be read or written there is computed anew.
+        Created if it does not exist. An entry that cannot be read or written is computed anew.
     most_bytes : int
     """
 
@@ -71,7 +71,7 @@ class Cache:
         return Exact(scene, Frame(found, frame_meta(scene)), signature)
 
     def stability(self, exact: Exact, declared: Declared, names: Collection[str]) -> Stability:
-        """How stable it is: see `reference.compare.stability.stability_of`."""
+        """The stability of minirt's answer: see `reference.compare.stability.stability_of`."""
         error = repr(replace(declared, derivation=""))
         key = _key("stability", exact.scene, error, *sorted(names))
         found = self._get(key)
@@ -86,9 +86,9 @@ class Cache:
     def rendering(
         self, reference: Reference, scene: Scene, scratch: Path
     ) -> tuple[Rendering, float, bool]:
-        """A reference's answer, the seconds that it took, and whether it was kept from before.
+        """A reference's answer, the seconds that it took, and whether it comes from the cache.
 
-        Kept are answers of what is `Reproducible`; its refusals are not.
+        Answers of `Reproducible` references are cached; exceptions are not.
         """
         key = _rendering_key(reference, scene) if isinstance(reference, Reproducible) else None
         found = None if key is None else _rendering(self._get(key))
@@ -109,13 +109,13 @@ class Cache:
         try:
             with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
                 found = {name: archive[name] for name in archive.files}
-            os.utime(path)  # it was used
+            os.utime(path)  # marks it as used
         except (OSError, ValueError, zipfile.BadZipFile, EOFError, KeyError):
             return None
         return found
 
     def _put(self, key: str, arrays: Arrays) -> None:
-        """Whole or not at all; two who write the same write the same."""
+        """Write an entry whole or not at all; writers of the same key write the same bytes."""
         with suppress(OSError):
             self.folder.mkdir(parents=True, exist_ok=True)
             with NamedTemporaryFile(dir=self.folder, suffix=".tmp", delete=False) as stream:
@@ -129,7 +129,7 @@ class Cache:
             self._prune()
 
     def _prune(self) -> None:
-        """Remove what was not used for longest, until the rest is within the limit."""
+        """Remove the least recently used entries until the rest is within the limit."""
         used = []
         for path in self.folder.iterdir():
             with suppress(OSError):
@@ -151,7 +151,7 @@ def timed_rendering(reference: Reference, scene: Scene, scratch: Path) -> tuple[
 
 
 def _rendering(found: Arrays | None) -> tuple[Rendering, float] | None:
-    """What was kept of a reference's answer; None where that cannot be read."""
+    """A reference's answer from the cache; None if it cannot be read."""
     if found is None:
         return None
     try:
@@ -179,7 +179,7 @@ def _key(kind: str, scene: Scene, *parts: str) -> str:
 
 @once
 def _program() -> str:
-    """Everything that computes: our source files, NumPy and Python."""
+    """Everything that computes: minirt's source files, NumPy and Python."""
     sources = source_digest("minirt", "converters", "reference")
     return f"{sys.version} {np.__version__} {sources}"
 
@@ -190,7 +190,7 @@ def _rendering_key(reference: Reproducible, scene: Scene) -> str:
 
 
 def _ingredient(part: str | Path | None) -> str:
-    """A distribution's version, or what tells a file from another that took its place."""
+    """A distribution's version, or a file's path, size and time, which change if it is replaced."""
     if part is None:
         return ""
     try:
@@ -198,14 +198,14 @@ def _ingredient(part: str | Path | None) -> str:
             return f"{part} {metadata.version(part)}"
         real = part.resolve(strict=True)
         status = real.stat()
-    except (metadata.PackageNotFoundError, OSError, RuntimeError):  # the last: links in a circle
+    except (metadata.PackageNotFoundError, OSError, RuntimeError):  # RuntimeError: a loop of links
         return f"{part} absent"
     return f"{real} {status.st_size} {status.st_mtime_ns}"
 
 
 @once
 def _processor() -> str:
-    """The processor, and what it can do: compilers on the way make use of that."""
+    """The processor and its features, which compilers use."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

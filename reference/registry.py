@@ -13,7 +13,7 @@ from reference.renderers.povray.source import PovrayReference
 from reference.renderers.pyrender.source import PyrenderReference
 from reference.source import Reference
 
-#: Every reference, by its name. None imports its renderer before it renders.
+#: Every reference, by its name. A renderer is imported only when it renders.
 REFERENCES: dict[str, Reference] = {
     reference.name: reference
     for reference in (
@@ -26,16 +26,17 @@ REFERENCES: dict[str, Reference] = {
     )
 }
 
-#: The name that stands for whichever of Mitsuba's variants suits this machine.
+#: The name for the Mitsuba variant that suits this machine.
 MITSUBA = "mitsuba"
-#: Whom to compare with when nothing else is said: everybody, and Mitsuba by both routes.
+#: The references by default: all of them, and Mitsuba both in Python and by its command.
 USUAL = (MITSUBA, "mitsuba-cli", "pyrender", "embree", "povray")
 
 
 def choose_references(names: Iterable[str]) -> tuple[Reference, ...]:
-    """References by their names, each once, in the order asked for.
+    """References by their names, each once, in the given order.
 
-    ``mitsuba`` is ``mitsuba-llvm`` where a libLLVM that works is found, else ``mitsuba-scalar``.
+    ``mitsuba`` is ``mitsuba-llvm`` where a libLLVM that works is found, otherwise
+    ``mitsuba-scalar``.
 
     Raises
     ------
@@ -61,5 +62,5 @@ def choose_references(names: Iterable[str]) -> tuple[Reference, ...]:
 
 
 def mitsuba_here() -> str:
-    """Which of Mitsuba's variants in Python suits this machine: the fast one needs a libLLVM."""
+    """The Mitsuba variant that suits this machine: the fast one needs a libLLVM."""
     return "mitsuba-scalar" if find_llvm() is None else "mitsuba-llvm"

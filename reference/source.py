@@ -1,4 +1,4 @@
-"""What a reference renderer is: a name, how it errs, and the frame it gives of a scene."""
+"""What a reference renderer is: a name, how it errs, and the frame that it gives of a scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from minirt.scene import Scene
 
 @dataclass(frozen=True)
 class NormalOffset:
-    """Secondary rays start off the surface: moved along the normal to the side they leave on.
+    """Secondary rays start off the surface, moved along the normal to the side to which they leave.
 
     The offset is ``factor · (1 + max|p'|) / scale`` scene units, p' = scale · (p − center) being
     the point in the renderer's own coordinates.
@@ -42,7 +42,7 @@ class Declared:
         Bound, in scene units, on how far any point of a ray or of a surface that it computes
         lies from the exact one.
     vertex : float
-        Bound, in scene units, on how far a vertex or centre is moved when it is handed over.
+        Bound, in scene units, on the error of a vertex or centre that is given to the renderer.
     angle : float
         Rounding of a unit vector, dimensionless.
     color : float
@@ -50,19 +50,19 @@ class Declared:
     start : NormalOffset or AlongRay or None
         How it starts secondary rays; None: as minirt does.
     derivation : str
-        Where delta and angle come from, for people.
+        How delta and angle follow, for human readers.
     slope : float
-        What delta grows by per distance from the observer, dimensionless: a renderer that rounds
-        to parts of a pixel strays by the more, the farther it looks.
+        Growth of delta per distance from the observer, dimensionless: a renderer that rounds to
+        parts of a pixel errs more at larger distances.
     grain : float
         Further relative error of a distance from the observer: the steps of a depth buffer.
     steps : tuple of (str, float)
-        By quantity, the absolute error of the format in which it is handed over, in its unit (of
-        t: in scene units), Euclidean for vectors; none where a quantity is not listed.
+        By quantity, the absolute error of the format of its answers, in the quantity's unit (of t:
+        in scene units), Euclidean for vectors; 0 for a quantity that is not listed.
     watertight : bool
-        Whether a ray always meets one of two facets that share the edge it goes through.
+        Whether a ray through a shared edge always hits one of its two facets.
     near : float
-        Distance from the observer, in scene units, within which it sees nothing.
+        Distance from the observer, in scene units, below which it sees nothing.
     """
 
     delta: float
@@ -102,20 +102,20 @@ class Unsupported(Exception):
 
 
 class NoAnswer(MinirtError):
-    """There is no frame that could be judged, and why; `state` says how it came to that."""
+    """There is no frame to compare; the message says why, and `state` how it ended."""
 
     state: Literal["failed", "crashed", "timed out"] = "failed"
 
 
 class Crashed(NoAnswer):
-    """The program that should have rendered it ended in another way than well."""
+    """The program that should have rendered the scene failed."""
 
     state = "crashed"
     exit_status = 3
 
 
 class TimedOut(NoAnswer):
-    """The program that should have rendered it took too long."""
+    """The program that should have rendered the scene took too long."""
 
     state = "timed out"
     exit_status = 3
@@ -123,10 +123,10 @@ class TimedOut(NoAnswer):
 
 @runtime_checkable
 class Reproducible(Protocol):
-    """A reference whose answer to a scene depends on nothing but what it names here."""
+    """A reference whose answer to a scene depends only on what it names here."""
 
     def ingredients(self) -> tuple[str | Path | None, ...]:
-        """Distributions by name, and files, that its answer depends on beside the scene and us."""
+        """Names of distributions, and files, on which its answer depends, besides minirt's."""
 
 
 class Reference(Protocol):
@@ -134,10 +134,10 @@ class Reference(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called, in reports and on the command line."""
+        """Its name, in reports and on the command line."""
 
     def missing(self) -> str | None:
-        """Why it cannot run here, with the command that would bring it; None where it can."""
+        """Why it cannot run here, with the command that installs it; None if it can."""
 
     def declare(self, scene: Scene) -> Declared:
         """How it errs on this scene. Cheap: imports nothing."""

@@ -1,4 +1,4 @@
-"""From rules to scenes, checks and references: which rule is shown by what."""
+"""Traceability: which scenes, quantities and references test each rule."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from minirt.rules import Rules
 from minirt.scene import Scene
 from reference.verify.results import SceneResult
 
-#: The rules that a run has to show, and the two departures that change an image.
+#: The rules that a run has to test, and the two departures that change an image.
 TRACED = (*(f"S{k}" for k in range(1, 17)), "E1", "E2")
-#: What judges the departures, which no quantity names; and the camera, whose rays show in what
-#: they hit too.
+#: The quantities that test the departures, which no quantity names, and the camera, whose rays
+#: also show in what they hit.
 _JUDGED_BY = {"E1": ("refraction",), "E2": ("tir",)} | dict.fromkeys(
     ("S1", "S2", "S3"), ("ray", "hit")
 )
-#: References that are handed minirt's own rays say nothing about the camera.
+#: References that are given minirt's own rays do not test the camera.
 _WITHOUT_CAMERA = {rule: frozenset({"embree"}) for rule in ("S1", "S2", "S3")}
 
 #: A scene, a reference and a quantity that was compared and passed.
@@ -27,7 +27,7 @@ Passed = tuple[str, str, str]
 
 @dataclass(frozen=True)
 class RuleTrace:
-    """What shows one rule.
+    """What tests one rule.
 
     Attributes
     ----------
@@ -35,14 +35,14 @@ class RuleTrace:
     functions : tuple of str
         The entries of `minirt.rules.Rules` that are this rule.
     quantities : tuple of str
-        What judges it.
+        The quantities that test it.
     scenes : tuple of str
-        Scenes that say they exercise it.
+        Scenes that state that they exercise it.
     compared : dict of str to int
-        By reference: of those scenes, how many it confirmed in one of those quantities, at
-        pixels where there is a value.
+        By reference: the number of those scenes that it confirmed in one of those quantities, at
+        pixels with a value.
     checked : dict of str to int
-        By quantity: on how many of those scenes a reference confirmed it, at such pixels.
+        By quantity: the number of those scenes on which a reference confirmed it, at such pixels.
     """
 
     rule: str
@@ -54,12 +54,12 @@ class RuleTrace:
 
 
 def without_camera(rule: str, reference: str) -> bool:
-    """Whether a reference says nothing about a rule, being handed minirt's own rays."""
+    """Whether a reference does not test a rule, because it is given minirt's own rays."""
     return reference in _WITHOUT_CAMERA.get(rule, frozenset())
 
 
 def trace_rules(scenes: Sequence[Scene], passed: Iterable[Passed] = ()) -> tuple[RuleTrace, ...]:
-    """One row a rule, S1–S16, E1 and E2; `passed` says what a run has really compared."""
+    """One row for each rule, S1–S16, E1 and E2; `passed` is what a run has really compared."""
     every = frozenset(passed)
     return tuple(_trace(rule, scenes, every) for rule in TRACED)
 

@@ -1,4 +1,4 @@
-"""The lecture's algorithm as another renderer might follow it: every ray a little aside."""
+"""The lecture's algorithm with displaced rays, as another renderer's errors might move them."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from reference.compare.paths import SignedPaths
 from reference.compare.surfaces import PerSurface
 from reference.source import AlongRay, Declared, NormalOffset
 
-#: 1/slope up to which one trace tells whether other surfaces lie within the error of the first.
+#: 1/slope up to which one trace shows whether other surfaces lie within the error of the first.
 _STEEP = 16.0
 
-#: Of no object, or of no face, and not nothing either: what is met where the other renderer may
-#: well see another one. No exact answer equals it.
+#: The object, or the face, of a contested hit: the other renderer may see another one there. No
+#: exact answer equals it.
 _CONTESTED = -2
 _CONTESTED_PATH = np.uint64(0xC0)
 
-#: Two vectors that few rays or edges are parallel to.
+#: Two vectors to which few rays or edges are parallel.
 _ASKEW = column((0.48, 0.6, 0.64)), column((0.8, -0.64, 0.0))
 
 
 class Displaced(SignedPaths):
     """The lecture's algorithm with every ray moved sideways by some δ, in direction k of six.
 
-    Secondary rays start as another renderer starts them. What is met where surfaces of several
-    objects lie within the error of the first is no object's.
+    Secondary rays start as the other renderer starts them. A hit is contested, and belongs to no
+    object, if surfaces of several objects lie within the error of the first.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Displaced(SignedPaths):
     k : int
         0…5: the direction around each ray.
     step : float
-        How many δ.
+        The displacement in units of δ.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Displaced(SignedPaths):
         if self.tilt:
             d = d + self.tilt * norm(d) * aside
         screen = self.scene.screen
-        near = self.declared.near / abs(screen.nu)  # what is nearer may be overlooked
+        near = self.declared.near / abs(screen.nu)  # the other renderer may miss what is nearer
         rays = Rays.of(column(screen.P0) + self.step * aside, d, near)
         hits, several = self._hits(rays)
         tile = self.signed_tile(rays, hits, wanted)
@@ -75,11 +75,11 @@ class Displaced(SignedPaths):
         return tile
 
     def refracted_direction(self, delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> Floats:
-        """ϱ (3, n) with the square of its cosine a rounding larger, for odd k smaller.
+        """ϱ (3, n) with the square of its cosine larger by a rounding error; smaller for odd k.
 
-        Whoever takes the root of 1 − η²(1 − cos²), η = ν/ν_t, rounds twice near 1: by u/2·(1 + η²)
-        in all, where a unit vector's error is 4·u or more. Where ϱ grazes the surface, that turns
-        it by much more than anything else does, even from one side to the other of the same index.
+        The square root of 1 − η²(1 − cos²), η = ν/ν_t, involves two roundings near 1: u/2·(1 + η²)
+        together, while a unit vector's error is 4·u or more. If ϱ grazes the surface, this turns it
+        by more than any other error, even to the other side of a surface with equal indices.
         """
         exact = SLIDES.refract(delta, s, nu, nu_t)
         cosine = dot(exact, s)
@@ -90,7 +90,7 @@ class Displaced(SignedPaths):
         return bent
 
     def secondary_rays(self, points: Points, direction: Floats) -> Rays:
-        """Where the other renderer starts, moved sideways."""
+        """Secondary rays from where the other renderer starts them, displaced."""
         start = self.declared.start
         if isinstance(start, NormalOffset):
             origin, t0 = _off_surface(points, self._side(points, direction), start), 0.0
@@ -101,27 +101,27 @@ class Displaced(SignedPaths):
         return Rays.of(origin + self.step * carried(points, direction, self.k), direction, t0)
 
     def leave(self, points: Points, direction: Floats) -> Branch:
-        """The rays, whose lengths are measured from the points themselves."""
+        """The secondary rays, with lengths measured from the points themselves."""
         branch = super().leave(points, direction)
         ahead = dot(branch.origin - points.M, direction)
         return replace(branch, length=branch.hits.t + ahead)
 
     def _side(self, points: Points, direction: Floats) -> Floats:
-        """Which side of a surface rays leave on, (n,), by its sign; on either when along it."""
+        """The side of a surface to which rays leave, (n,), by its sign; either side if along it."""
         slope = dot(points.normal, direction)
         return np.where(slope == 0, 1.0 if self.k % 2 == 0 else -1.0, slope)
 
     def points(self, rays: Rays, hits: RayHits) -> Points:
-        """Facets' s tilted by what their vertices' rounding turns them, spheres' by the angle's."""
+        """Points with s tilted: of facets by the error of their vertices, of all by the angle's."""
         points = super().points(rays, hits)
         tilt = self.declared.angle + self._facet_tilt(points.hits)
         s = unit(points.normal + self.sample * tilt * sideways(points.normal, self.k))
         return replace(points, s=s)
 
     def shadow(self, points: Points) -> Bools:
-        """Shadow; facets that the light may pass on either side shade themselves, then do not.
+        """Shadow; facets that the light may pass on either side shade themselves for even k only.
 
-        A facet exactly parallel to the light, as a wall along an axis is, is so for everybody.
+        A facet exactly parallel to the light, such as a wall along an axis, is so for any renderer.
         """
         dark = super().shadow(points)
         slope = np.abs(dot(points.normal, unit(self.to_light)))
@@ -134,21 +134,21 @@ class Displaced(SignedPaths):
         return np.where(flat, 2.0 * self.declared.vertex / self.levers.at(hits), 0.0)
 
     def first_hits(self, rays: Rays) -> RayHits:
-        """The first hits; of no object, but with their t, where another may be met instead."""
+        """The first hits; contested ones have no object, but keep their t."""
         hits, several = self._hits(rays)
         hits.object[several] = _CONTESTED
         return hits
 
     def color(self, rays: Rays, hits: RayHits, generation: int = 0) -> Floats:
-        """As the lecture's, with a signature of its own for what is contested."""
+        """As the lecture's, with a signature of its own for contested hits."""
         result = super().color(rays, hits, generation)
         self.signature[hits.object == _CONTESTED] = _CONTESTED_PATH
         return result
 
     def _hits(self, rays: Rays) -> tuple[RayHits, Index]:
-        """The first hits, and of which rays other faces of the same object may be met instead.
+        """The first hits, and the rays that may hit other faces of the same object instead.
 
-        Where another object may be, the hit is nobody's.
+        If another object may be hit instead, the hit is contested.
         """
         apart = np.broadcast_to(2.0 * _STEEP * self.step / norm(rays.d), (rays.count,))
         relative = 2.0 * (_STEEP * self.tilt + self.declared.grain)
@@ -161,7 +161,7 @@ class Displaced(SignedPaths):
         return hits, self._settle(rays, hits, met[contested], gap[contested])
 
     def _settle(self, cast: Rays, hits: RayHits, rays: Index, gap: Floats) -> Index:
-        """What rays meet that may meet something else within the gap: see `_hits`."""
+        """Settle the hits of rays that may hit something else within the gap: see `_hits`."""
 
         def others(rays: Index, gap: Floats, face: Ints | None) -> RayHits:
             t, known = hits.t[rays], (hits.object[rays], face)
@@ -181,7 +181,7 @@ class Displaced(SignedPaths):
         return several
 
     def _gap(self, P0: Floats, d: Floats, hits: RayHits) -> Floats:
-        """How much of t (n,) may lie between two surfaces that the error can exchange."""
+        """The largest difference of t (n,) of two surfaces whose order the error can change."""
         t, length = hits.t, norm(d)
         normal = normals(self.world, self.rules.point_at(P0, d, t), hits)
         slope = np.maximum(np.abs(dot(normal, d / length)), 2.0**-20)
@@ -218,10 +218,10 @@ def turned(around: tuple[Floats, Floats], k: int) -> Floats:
 
 
 def carried(points: Points, direction: Floats, k: int) -> Floats:
-    """`sideways` of rays that arrived at points, carried on to unit directions (3, n) from there.
+    """`sideways` of the rays that arrived at points, for unit directions (3, n) that leave them.
 
-    Mirrored with the ray where that goes back, turned with it where it goes on: the point is aside
-    because its ray was, and what is added to that must not take it away.
+    It is mirrored with a reflected ray and turned with a refracted one: the point is displaced
+    because its ray was, and the next displacement must add to that and not cancel it.
     """
     delta = points.delta
     aside, along = sideways(delta, k), dot(delta, direction)

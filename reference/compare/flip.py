@@ -1,7 +1,7 @@
-"""FLIP: how different two pictures look to somebody who flips between them.
+"""FLIP: the visible difference between two pictures that are shown in alternation.
 
-Like structural similarity it never suffices: measured by others, its usual threshold lets 300 to
-2,900 wrong pixels of 65,536 pass. It stands beside the check of each pixel's colour.
+Like structural similarity it is never enough: its usual threshold lets 300 to 2,900 wrong pixels of
+65,536 pass. It is used besides the check of each pixel's colour.
 
 Source: P. Andersson et al. 2020, doi:10.1145/3406183.
 """
@@ -15,10 +15,11 @@ import numpy as np
 from minirt.frame import Array, Frame
 from minirt.vectors import Floats
 
-#: Largest mean difference, of 1 at most. A picture whose only differences are uncertain pixels
-#: stays below: 1 % of scattered pixels wholly wrong cost 0.059 in the picture `everything`.
+#: Largest allowed mean difference; differences are at most 1. A picture whose only differences are
+#: uncertain pixels stays below: 1 % of scattered pixels wholly wrong cost 0.059 in the picture
+#: `everything`.
 FLIP_CEILING = 0.06
-#: The share of uncertain pixels that this ceiling is made for, and what each further share costs.
+#: The share of uncertain pixels for which this ceiling is chosen, and the cost of a further share.
 _UNCERTAIN, _COST = 0.01, 6.0
 
 
@@ -31,7 +32,7 @@ def flip_of(name: str, ours: Frame, theirs: Frame) -> float | None:
     """Mean FLIP of two frames' colours, 0 where they are the same.
 
     None for any other quantity, and where `flip_evaluator` is not installed
-    (pip install 'minirt[flip]'). Colours are what a screen shows: cut to [0, 1].
+    (pip install 'minirt[flip]'). Colours are clamped to [0, 1], as on a screen.
     """
     if name != "color" or importlib.util.find_spec("flip_evaluator") is None:
         return None

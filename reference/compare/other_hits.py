@@ -1,4 +1,4 @@
-"""What RT meets beside the first hit: the next one, and the first of another surface."""
+"""Hits other than the first one: the next hit, and the first hit of another surface."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from minirt.rules import Rules
 from minirt.trace import RT, World
 from minirt.vectors import Floats, Index, Ints
 
-#: Objects (n,), and a face of each; all of its faces for None.
+#: Objects (n,), and one face of each; None for all of its faces.
 Faces: TypeAlias = tuple[Ints, Ints | None]
 
 
@@ -27,25 +27,25 @@ def nearest_two(
     world : World
     rays : Rays
     fixed, relative : (n,) float64 or float, float
-        How far the next is looked for: up to t·(1 + relative) + fixed.
+        The next hit is searched for up to t·(1 + relative) + fixed.
 
     Returns
     -------
     first : RayHits
     t : (n,) float64
-        Of the next hit of any other primitive; if that is farther, anything that is farther too.
-        A primitive may count as its own next.
+        Of the next hit of any other primitive; if that is farther, any larger number.
+        A primitive may count as its own next one.
     """
     both = _FirstTwo(rays, world.rules, fixed, relative)
     return RT(world, rays, both), both.next_t
 
 
-def nearest_other(world: World, rays: Rays, passed_over: Faces) -> RayHits:
-    """The first hit of each ray that is not on a face to be passed over.
+def nearest_other(world: World, rays: Rays, excluded: Faces) -> RayHits:
+    """The first hit of each ray that is not on the excluded face.
 
-    Spheres and polygons are passed over as a whole.
+    Spheres and polygons are excluded as a whole.
     """
-    return RT(world, rays, _Others(rays, world.rules, passed_over))
+    return RT(world, rays, _Others(rays, world.rules, excluded))
 
 
 class _FirstTwo(FirstHits):
@@ -57,7 +57,7 @@ class _FirstTwo(FirstHits):
         self._fixed, self._relative = np.broadcast_to(fixed, (rays.count,)), relative
 
     def keep_one(self, rays: Index, found: RayHits) -> None:
-        """Note the worse one of each ray's best and of what is found."""
+        """Record the farther one of each ray's best hit and the new one."""
         before = self.hits.take(rays)
         super().keep_one(rays, found)
         closer = self.hits.t[rays] != before.t
@@ -67,21 +67,21 @@ class _FirstTwo(FirstHits):
         self.next_t[rays] = np.minimum(self.next_t[rays], worse)
 
     def latest(self, rays: Index, t: Floats) -> Floats:
-        """As far as the next hit is looked for."""
+        """The largest t up to which the next hit is searched for."""
         latest: Floats = t * (1.0 + self._relative) + self._fixed[rays]
         return latest
 
 
 class _Others(FirstHits):
-    """The first hit of each ray that is not passed over: see `nearest_other`."""
+    """The first hit of each ray that is not excluded: see `nearest_other`."""
 
-    def __init__(self, rays: Rays, rules: Rules, passed_over: Faces) -> None:
+    def __init__(self, rays: Rays, rules: Rules, excluded: Faces) -> None:
         super().__init__(rays, rules)
-        self._passed_over = passed_over
+        self._excluded = excluded
 
     def keep(self, kind: Kind, rays: Index, found: RayHits) -> None:
-        """Leave out what is passed over."""
-        object_, face = self._passed_over
+        """Drop excluded hits."""
+        object_, face = self._excluded
         wanted = found.object != object_[rays]
         if face is not None and kind == Kind.TRIANGLES:
             wanted |= found.triangle != face[rays]

@@ -1,4 +1,4 @@
-"""Which faces a pixel's whole tree of rays has met, as one number that is easily compared."""
+"""A hash of every face that a pixel's whole tree of rays has hit."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ _SALT = np.uint64(0x9E3779B9)  # so that a zero changes the hash too
 
 
 class SignedPaths(Whitted):
-    """The lecture's algorithm, which hashes every discrete answer on a ray's way to its colour.
+    """The lecture's algorithm with a hash of every discrete answer that leads to a ray's colour.
 
-    Two rays of one signature met the same faces, in shadow and light alike, along their whole tree
-    of reflected and refracted rays.
+    Two rays with the same signature hit the same faces, with the same shadows, along their whole
+    tree of reflected and refracted rays.
 
     Attributes
     ----------
     signature : (n,) uint64
-        Of the rays whose colour was asked for last.
+        Of the rays whose colour was computed last.
     """
 
     def __init__(self, scene: Scene, rules: Rules = SLIDES) -> None:
@@ -50,7 +50,7 @@ class SignedPaths(Whitted):
         self, points: Points, n: int, generation: int = 0,
         traced: SecondaryRays = NOTHING_TRACED,
     ) -> Floats:  # fmt: skip
-        """As the lecture's; begins with what the points are on."""
+        """As the lecture's; starts the hash with the faces of the points."""
         outer, self._path = self._path, _mix(points.hits.object, points.hits.triangle)
         color = super().color_of(points, n, generation, traced)
         self.signature = np.full(n, generation, dtype=np.uint64)
@@ -59,18 +59,18 @@ class SignedPaths(Whitted):
         return color
 
     def shares(self, points: Points, total: Bools) -> tuple[Floats, Floats]:
-        """As the lecture's; total reflection counts."""
+        """As the lecture's; adds total reflection to the hash."""
         self._path = _mix(self._path, total)
         return super().shares(points, total)
 
     def branch_color(self, of: Index, branch: Branch, generation: int) -> Floats:
-        """As the lecture's; what the branch meets counts."""
+        """As the lecture's; adds what the branch hits to the hash."""
         color = super().branch_color(of, branch, generation)
         self._path[of] = _mix(self._path[of], self.signature)
         return color
 
     def local_color(self, points: Points, dark: Bools) -> Floats:
-        """As the lecture's; shadow counts."""
+        """As the lecture's; adds the shadow to the hash."""
         self._path = _mix(self._path, dark)
         return super().local_color(points, dark)
 

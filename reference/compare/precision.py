@@ -1,4 +1,4 @@
-"""How an implementation errs that says no more than in which number format it computes."""
+"""The error of an implementation that states only the number format in which it computes."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ Precision = Literal["float64", "float32", "half"]
 
 #: Largest relative errors of rounding to the formats.
 ROUNDING: dict[Precision, float] = {"float64": 2.0**-53, "float32": 2.0**-24, "half": 2.0**-11}
-#: Half the steps between numbers too small for the formats' relative error.
+#: Half the spacing of numbers that are too small for the formats' relative error.
 _LEAST: dict[Precision, float] = {"float64": 2.0**-1075, "float32": 2.0**-150, "half": 2.0**-25}
-#: Nobody traces rays in half: what is handed over in it was computed in float32.
+#: Rays are not traced in half precision: such frames were computed in float32.
 _COMPUTED: dict[Precision, Precision] = {
     "float64": "float64", "float32": "float32", "half": "float32",
 }  # fmt: skip
-#: Roundings at the scale of the scene between a pixel and its hit, and on the way of a colour.
+#: Number of roundings at the scale of the scene up to a hit, and of a colour.
 _STEPS, _COLOR_STEPS = 16, 64
 
-#: Secondary rays that start within the errors would meet the surface they leave. So many δ along
-#: the ray clear it at all angles above 1.3° with the surface: √2·δ/sin 1.3° = 62·δ.
+#: Secondary rays that start within the errors would hit the surface that they leave. This many δ
+#: along the ray avoid that at all angles above 1.3° with the surface: √2·δ/sin 1.3° = 62·δ.
 _CLEAR = 64
 
 _DERIVATION = (
@@ -48,18 +48,18 @@ _SPHERE = {
 
 @dataclass(frozen=True)
 class Claim:
-    """What the author of an implementation says of its errors.
+    """What the author of an implementation states about its errors.
 
     Attributes
     ----------
     precision : str
-        The number format that it computes in, float64 or float32; half is float32 handed over in
-        half.
+        The number format in which it computes, float64 or float32; half means computed in float32
+        and written in half.
     delta : float or None
-        A length in scene units, in place of the one that follows from the precision.
+        A length in scene units, instead of the one that follows from the precision.
     start : float or None
-        Where its secondary rays start along the ray, in scene units; None: at the scene's ε, or,
-        where that is within the errors, well beyond them.
+        Where its secondary rays start along the ray, in scene units; None: at the scene's ε, or, if
+        that is within the errors, well beyond them.
     handed : str
         The coarsest format through which its numbers reach us.
     """
@@ -80,14 +80,14 @@ def declared(
     scene : Scene
     claim : Claim
     most : float, optional
-        The largest δ, in scene units, that whoever judges allows.
+        The largest δ that is allowed, in scene units.
     placement : Placement
-        Where the scene stands in the coordinates that are computed and handed over in.
+        From scene units to the coordinates in which the implementation computes and writes.
 
     Raises
     ------
     InputError
-        The claim is wider than allowed, or no length.
+        The claim is wider than allowed, or not a length.
     """
     _require_lengths(delta=claim.delta, start=claim.start, max_delta=most)
     u = ROUNDING[_COMPUTED[claim.precision]]
@@ -131,9 +131,9 @@ def _require_lengths(**claimed: float | None) -> None:
 def _delta(scene: Scene, u: float, R: float) -> float:
     """δ in a format of rounding u.
 
-    The textbook's b² − 4ac costs a sphere's outline 5·u·E²/r. That is nothing in float64 and
-    granted there. In float32 it is up to a pixel: who computes in it has to take Δ from the
-    distance of the centre to the line (E8), or to declare more.
+    The textbook's b² − 4ac moves a sphere's outline by 5·u·E²/r. In float64 that is negligible and
+    allowed. In float32 it is up to a pixel: such an implementation must compute Δ from the distance
+    between centre and line (E8), or declare more.
     """
     E, least = scene.extent, float(Geometry.of(scene).spheres.radius.min(initial=np.inf))
     textbook = 5 * E * E / least if u == ROUNDING["float64"] else 0.0
@@ -141,16 +141,16 @@ def _delta(scene: Scene, u: float, R: float) -> float:
 
 
 def _start(scene: Scene, claim: Claim, delta: float) -> AlongRay | None:
-    """Where secondary rays start: an ε within the errors would meet the surface it leaves."""
+    """Where secondary rays start: at an ε within the errors they would hit their own surface."""
     if claim.start is not None:
         return AlongRay(claim.start)
     return None if _CLEAR * delta <= scene.epsilon else AlongRay(_CLEAR * delta)
 
 
 def _steps(scene: Scene, u: float, R: float, least: float) -> tuple[tuple[str, float], ...]:
-    """Absolute errors of handing over numbers with relative error u, or `least` near zero.
+    """Absolute errors of a format with relative error u, or `least` near zero.
 
-    A position's components are at most R, the largest coordinate that is met; a secondary ray's
+    A position's components are at most R, the largest coordinate that is hit; a secondary ray's
     length at most 2·E in a scene whose extent is E; components of unit vectors and barycentric
     weights are at most 1. Depths, distances and colours have their relative error elsewhere.
     """

@@ -1,4 +1,4 @@
-"""Who agrees with whom: the sources of each quantity, counted pixel by pixel."""
+"""How many references confirm each quantity of a scene, counted pixel by pixel."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from minirt.vectors import Bools, Floats
 from reference.compare.comparison import Comparison
 
-#: Makes something small for a report of a map (ny, nx) int64 of how many sources judged each pixel
-#: and agree with minirt, and of the mask (ny, nx) where any differs; runs where the maps are.
+#: Makes something small for a report, where the arrays are: of a map (ny, nx) int64 of the number
+#: of sources that judged a pixel and agree with minirt, and of the mask (ny, nx) where any differs.
 Draw = Callable[[NDArray[np.int64], Bools], Any]
 
 
@@ -34,7 +34,7 @@ class Quorum:
         Of those: pixels at which every other source that judged agrees with minirt, of which
         there is at least one.
     drawn : object
-        What the caller's `Draw` made of the maps; None where there is none, or no source.
+        What the caller's `Draw` made of the maps; None without a `Draw` or a source.
     """
 
     quantity: str
@@ -48,7 +48,7 @@ class Quorum:
 def quorum_of(
     comparisons: Mapping[str, Comparison], names: Iterable[str], draw: Draw | None = None
 ) -> tuple[Quorum, ...]:
-    """Count, for each quantity, how many sources confirm each pixel, and who dissents.
+    """Count, for each quantity, how many sources confirm each pixel, and which ones dissent.
 
     A source judges a pixel where the exact answer is stable under its own declared error; it
     agrees where its error is within the tolerance.

@@ -1,8 +1,8 @@
-"""Structural similarity: what the eye would say, beside the checks that decide.
+"""Structural similarity (SSIM) of whole pictures, besides the checks of each pixel.
 
-It never suffices: measured on 65,536 pixels, 360 clustered wrong ones still score above 0.99. But
-a picture that passes every pixel check and looks different would be a sign that the checks looked
-away, so its floors must hold too.
+It is never enough: on 65,536 pixels, 360 clustered wrong ones still score above 0.99. But a picture
+that passes every pixel check and looks different would show a gap in those checks, so the floors of
+the similarity must hold too.
 
 Source: Z. Wang et al. 2004, doi:10.1109/TIP.2003.819861.
 """
@@ -18,7 +18,7 @@ from minirt.vectors import Floats
 #: stays above: 1 % of scattered one-pixel differences cost about 0.05 at worst.
 SSIM_FLOOR = {"hit": 0.95, "depth": 0.95, "shadow": 0.95}
 
-#: The share of uncertain pixels that those floors are made for.
+#: The share of uncertain pixels for which those floors are chosen.
 _UNCERTAIN = 0.01
 
 #: The least range of depths, in tolerances, that is stretched to black and white. Noise of half a
@@ -32,7 +32,7 @@ _WINDOW = 7
 def ssim_floor(name: str, uncertain: float) -> float:
     """Least structural similarity of a picture of which a share of pixels is uncertain.
 
-    Beyond 1 % each uncertain pixel may cost all of the windows that hold it, 49 of them.
+    Beyond 1 % each uncertain pixel may cost all 49 windows that contain it.
     """
     return max(0.0, SSIM_FLOOR[name] - _WINDOW**2 * max(0.0, uncertain - _UNCERTAIN))
 
@@ -48,8 +48,8 @@ def ssim_of(name: str, ours: Frame, theirs: Frame, grain: float) -> float | None
     name : str
     ours, theirs : Frame
     grain : float
-        What is tolerated at a usual pixel, in the quantity's unit: depths that differ by no more
-        than a few of these, as on a wall that faces the observer, make a flat picture.
+        The usual tolerance of a pixel, in the quantity's unit: depths that differ by a few of these
+        only, as on a wall that faces the observer, make a uniform picture.
     """
     if name not in SSIM_FLOOR or min(ours.size) < _WINDOW:
         return None

@@ -1,27 +1,29 @@
 """How far the exact answer itself moves under another renderer's declared error.
 
-Each pixel is traced four times. Once as the lecture says; and three times with rays started the way
-the other renderer starts them and every ray that is cast (primary, shadow, reflected, refracted)
-moved sideways by 2·δ, in three directions perpendicular to it, a third of a turn apart. Their
-triangle holds the circle of radius δ: a straight edge within δ of the ray is crossed by one of the
-three, whatever its direction. What moves in proportion moves most at one of the triangle's corners,
-the start's own part included: the largest of the three movements holds every movement within δ.
-Where only first hits are asked for, it is the six corners of a hexagon, 2/√3·δ away: fewer pixels
-are near an edge then. A ray that leaves a point is moved to the side that the point was moved to,
-mirrored or turned as the ray is, so that the two add up; behind a second mirror they may not.
+Each pixel is traced four times: once as the lecture says, and three times with displaced rays.
+There the secondary rays start as the other renderer starts them, and every ray that is cast
+(primary, shadow, reflected, refracted) is moved sideways by 2·δ, in three directions perpendicular
+to it, a third of a turn apart. The triangle of the three contains the circle of radius δ: a
+straight edge within δ of the ray is crossed by one of them, whatever its direction. An answer that
+changes in proportion to the displacement changes most at a corner of the triangle, so that the
+largest of the three changes bounds all changes within δ. If only first hits are asked for, the six
+corners of a hexagon, 2/√3·δ away, are used: then fewer pixels are near an edge. A ray that leaves a
+point is displaced to the same side as the point, mirrored or turned as the ray is, so that the two
+add up; behind a second mirror they may not.
 
-Where δ grows with the distance, primary rays are also tilted, to the same side. Facets are tilted
-by what the rounding of their vertices can turn them, and the cosine of a refracted ray errs by the
-rounding of its square. Where other surfaces lie within the error of the first (coplanar or touching
-ones), the other renderer may well see any of them, and no answer is given that could agree.
+If δ grows with the distance, primary rays are also tilted, to the same side. Facets are tilted as
+far as the rounding of their vertices can turn them, and the cosine of a refracted ray is changed by
+the rounding of its square. If other surfaces lie within the error of the first (coplanar or
+touching ones), the other renderer may see any of them, and the hit is contested: it agrees with no
+answer.
 
-A polygon whose vertices are off its plane adds to δ by how far they are: which plane is met there
-is each renderer's own choice. A facet that the light grazes at an angle within which the vertices'
-error can turn it may or may not shade itself: the traces never agree on that.
+A polygon adds to δ the distance of its vertices from its plane, since each renderer chooses a plane
+of its own. A facet may or may not shade itself if the light grazes it at an angle by which the
+error of its vertices can turn it: the traces never agree there.
 
 A discrete quantity is certain where all of them agree; a continuous one where the discrete answers
 that lead to it are. There its tolerance is a base, from δ and the local geometry, plus κ times
-the largest movement seen.
+the largest change among the traces.
 """
 
 from __future__ import annotations
@@ -53,15 +55,15 @@ from reference.compare.paths import SIGNATURE, SignedPaths
 from reference.compare.surfaces import Surfaces, warp
 from reference.source import Declared
 
-#: Safety factor on the largest movement seen, which holds all that is in proportion to δ: margin
-#: for the curvature of an answer, and for errors that do not go to the same side.
+#: Safety factor on the largest change, which bounds all that is in proportion to δ: a margin for
+#: the curvature of an answer, and for errors that do not have the same direction.
 KAPPA = 2.0
 
-#: By number of directions in which rays are moved, how far, in δ: a triangle, and a hexagon, of
-#: that circumradius holds a circle of radius 1.
+#: By number of displaced rays, their displacement in δ: a triangle, and a hexagon, of that
+#: circumradius contains a circle of radius 1.
 _STEP = {3: 2.0, 6: 2.0 / 3.0**0.5}
 
-#: Quantities whose agreement makes a quantity certain, beside itself where it is discrete.
+#: Quantities that must agree for a quantity to be certain, besides itself if it is discrete.
 _CHAIN: dict[str, tuple[str, ...]] = {
     "ray": (),
     "hit": (),
@@ -88,12 +90,12 @@ _CHAIN: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Stability:
-    """Where a comparison may judge, and how strictly.
+    """Which pixels a comparison may judge, and with which tolerance.
 
     Attributes
     ----------
     certain : dict of str to (ny, nx) bool
-        By quantity that is judged: whether the exact answer is stable under the declared error.
+        By quantity: whether the exact answer is stable under the declared error.
     tolerance : dict of str to (ny, nx) float64
         By continuous quantity: largest allowed error, Euclidean for vectors, in its unit; 0 where
         it does not apply.
@@ -105,7 +107,7 @@ class Stability:
 
 @dataclass(frozen=True, eq=False)
 class Exact:
-    """minirt's own answer to a scene, once for all the errors it is measured against.
+    """minirt's own answer to a scene, which serves for every declared error.
 
     Attributes
     ----------
@@ -160,7 +162,7 @@ def stability_of(
     chain = _chain(judged, declared)
     links = {link for name in judged for link in chain[name]}
     surfaces = Surfaces.of(geometry, scene.extent)
-    sink = _Sink(scene, chain)
+    collector = _Collector(scene, chain)
     wanted = frozenset({*judged, *links})
     directions = 6 if wanted <= BEFORE_POINTS else 3
     sides = [(k, _STEP[directions]) for k in range(directions)]
@@ -169,12 +171,12 @@ def stability_of(
         tile, d = exact.tile(pixels), primary_directions(scene, SLIDES, pixels)
         around = perpendicular(d)
         moved = [other.tile(d, around, wanted) for other in others]
-        sink.judge(pixels, tile, moved, _bases(tile, declared, geometry, surfaces))
-    return Stability(sink.certain, sink.tolerance)
+        collector.add(pixels, tile, moved, _bases(tile, declared, geometry, surfaces))
+    return Stability(collector.certain, collector.tolerance)
 
 
 def _with_warp(declared: Declared, off_plane: float) -> Declared:
-    """The error, where polygons are off their plane: whose plane is met is anybody's choice."""
+    """The error, plus the distance of polygons' vertices from their planes: see `warp`."""
     return replace(declared, delta=declared.delta + off_plane, vertex=declared.vertex + off_plane)
 
 
@@ -187,17 +189,17 @@ def measure(
 
 
 def _chain(judged: Iterable[str], declared: Declared) -> dict[str, tuple[str, ...]]:
-    """By quantity, those that must agree to make it certain.
+    """By quantity, the quantities that must agree for it to be certain.
 
-    Where facets that share an edge may leave a gap, all of them hang on which facet is met.
+    If facets that share an edge may leave a gap, all of them depend on the facet that is hit.
     """
     gaps = () if declared.watertight else ("object", "triangle")
     itself = {name: (name,) if QUANTITIES[name].discrete else () for name in judged}
     return {name: tuple(dict.fromkeys((*gaps, *_CHAIN[name], *itself[name]))) for name in judged}
 
 
-class _Sink:
-    """Gathers, tile by tile, which pixels are certain and what is tolerated there."""
+class _Collector:
+    """Collects, tile by tile, which pixels are certain and their tolerances."""
 
     def __init__(self, scene: Scene, chain: dict[str, tuple[str, ...]]) -> None:
         size = (scene.screen.ny, scene.screen.nx)
@@ -205,7 +207,8 @@ class _Sink:
         self.certain = {name: np.zeros(size, dtype=np.bool_) for name in chain}
         self.tolerance = {name: np.zeros(size) for name in chain if not QUANTITIES[name].discrete}
 
-    def judge(self, pixels: Index, tile: Tile, moved: list[Tile], bases: dict[str, Floats]) -> None:
+    def add(self, pixels: Index, tile: Tile, moved: list[Tile], bases: dict[str, Floats]) -> None:
+        """Add one tile: the exact answers, the displaced ones, and the bases of tolerances."""
         agree: dict[str, Bools] = {}
 
         def agreed(name: str) -> Bools:
@@ -226,7 +229,7 @@ class _Sink:
 
 
 def _movement(base: Array, moved: list[Array]) -> Floats:
-    """Largest change (n,) from the base, Euclidean for vectors; 0 where either is no number."""
+    """Largest change (n,) from the base, Euclidean for vectors; 0 if either is not a number."""
     largest = np.zeros(base.shape[-1])
     for other in moved:
         with np.errstate(invalid="ignore"):
@@ -236,7 +239,7 @@ def _movement(base: Array, moved: list[Array]) -> Floats:
 
 
 def _squares(vectors: Floats) -> Floats:
-    """The square (n,) of each vector's length, of whatever many components (k, n)."""
+    """The square (n,) of the length of vectors (k, n)."""
     squares: Floats = (vectors * vectors).sum(axis=0)
     return squares
 
@@ -244,13 +247,12 @@ def _squares(vectors: Floats) -> Floats:
 def _bases(
     base: Tile, declared: Declared, geometry: Geometry, surfaces: Surfaces
 ) -> dict[str, Floats]:
-    """The part (n,) of each tolerance that is there when nothing moves.
+    """The part (n,) of each tolerance that does not depend on the displaced rays.
 
-    δ along the ray, and the grain, for a length, and twice where both of its ends are computed; for
-    a ratio, δ over the length it is measured in;
-    for a normal, δ over the local radius of curvature, or twice the vertices' error over a facet's
-    height, and the rounding of a unit vector. What slender facets add: `_slenderness`. The steps of
-    the other's format come on top.
+    For a length: δ along the ray, and the grain; twice that if both of its ends are computed. For a
+    ratio: δ over the length that is its unit. For a normal: δ over the local radius of curvature,
+    or twice the vertices' error over a facet's height, and the rounding of a unit vector. Slender
+    facets add to it (`_slenderness`), and so do the steps of the other's format.
     """
     n = len(base["object"])
     nan = np.full(n, np.nan)
@@ -286,9 +288,9 @@ def _bases(
 
 
 def _slenderness(base: Tile, hits: RayHits, surfaces: Surfaces) -> tuple[Floats, Floats]:
-    """How many times δ a renderer may stray along the ray (n,), and within a facet (n,): ≥ 1.
+    """The largest error in δ along the ray (n,), and within a facet (n,): both ≥ 1.
 
-    A facet of height h and longest edge L, met under an angle of cosine c, in a scene of extent
+    A facet of height h and longest edge L, hit at an angle of cosine c, in a scene of extent
     E. δ is some roundings at the scale of E, so those of the facet's own edges are δ·L/E. Its
     normal, a product of two edges of length L over an area of L·h, is turned by δ·L/E/h, in any
     direction; a plane through one vertex with that normal is off by L times that, and by 1/c more

@@ -1,4 +1,4 @@
-"""What a renderer's error does to a surface depends on its shape: a number for each surface."""
+"""The shapes of surfaces, on which the effect of a renderer's error depends."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class PerSurface:
     ----------
     numbers : (m,) float64
     first : (objects,) intp
-        Where the numbers of each object begin.
+        The index of each object's first number.
     """
 
     numbers: Floats
@@ -42,7 +42,7 @@ class Surfaces:
     Attributes
     ----------
     levers : PerSurface
-        The length over which an error turns it: radius of spheres, least height of facets.
+        The length by which an error turns a surface: radius of spheres, least height of facets.
     edges : PerSurface
         Longest edge of facets; 0 for spheres.
     extent : float
@@ -55,7 +55,7 @@ class Surfaces:
 
     @classmethod
     def of(cls, geometry: Geometry, extent: float) -> Surfaces:
-        """Those of a scene."""
+        """The surfaces of a scene."""
         radius = geometry.spheres.radius
         return cls(
             _per_surface(geometry, radius, _least_height),
@@ -74,10 +74,10 @@ class Surfaces:
 
 
 def warp(geometry: Geometry) -> float:
-    """How far a polygon's vertices are off the planes that a renderer may take for its own.
+    """The largest distance of polygons' vertices from the planes that a renderer may choose.
 
-    A polygon's vertices are numbers with few digits and need not lie in one plane to the last of
-    them. Its plane then is one renderer's sum of the fan's normals, another's first or longest.
+    The coordinates of a polygon's vertices have few digits, so that they need not lie in one plane
+    exactly. One renderer then takes the sum of the fan's normals, another the first or the longest.
     """
     return max((_off_plane(polygon.facets) for polygon in geometry.polygons), default=0.0)
 

@@ -1,1 +1,1 @@
-"""What is wrong with an implementation that fails."""
+"""Diagnose a failing implementation: which known mistake explains its errors."""

@@ -1,11 +1,10 @@
-"""Name the mistake that explains a failure: which mutant agrees with it better than minirt does.
+"""Find the mutant that agrees with a failing frame better than minirt does.
 
-Only some of the pixels are looked at: a seeded sample of those that are wrong and of those that
-are right. A pixel agrees with a mutant where every quantity, up to the stage in question, equals
-the mutant's within the subject's own tolerance. Stages are taken in causal order: the first one
-of whose wrong pixels some mutant explains most is what the diagnosis is about, so that of two
-mistakes the earlier one is named, and what nobody explains (a border that is missing) hides
-nothing that comes after it.
+A seeded sample of wrong and of right pixels is examined. A pixel agrees with a mutant if every
+quantity, up to the stage in question, equals the mutant's within the subject's own tolerance.
+Stages are taken in causal order, and the diagnosis is about the first one of which a mutant
+explains most wrong pixels. So the earlier one of two mistakes is named, and a stage that no mutant
+explains (a missing border, say) does not hide the later ones.
 """
 
 from __future__ import annotations
@@ -20,24 +19,23 @@ from minirt.quantities import QUANTITIES, STAGES
 from minirt.scene import Facets, Scene
 from minirt.trace import ASKED_OF_EVERY_PAIR
 from minirt.vectors import Bools, Floats, Index
-from reference.diagnose.symptoms import Symptom, float32_arithmetic, missing_or_at_once
+from reference.diagnose.symptoms import Symptom, float32_arithmetic, missing_or_self_hits
 from reference.mutants import CATALOGUE, Mutant
 from reference.verify.results import Evidence
 
-#: Pixels that the final candidates are judged by, and that all candidates are: half of them wrong.
-SAMPLE, GLANCE = 3_000, 120
-#: Candidates that a glance leaves.
+#: Sizes of the samples for the final candidates and for the first selection; half of it is wrong.
+SAMPLE, FIRST_SAMPLE = 3_000, 120
+#: Candidates that are left after the first selection.
 _FINALISTS = 5
-#: The share of a stage's wrong pixels that a mutant must explain, and the share of those that are
-#: right up to that stage that it must leave right: a mistake that is really the subject's explains
-#: nearly all of them, but for those that another fault or noise has changed as well. One that
-#: explains less than half leaves more open than it answers.
+#: The share of a stage's wrong pixels that a mutant must explain, and the share of the pixels right
+#: up to that stage that it must leave right. The subject's real mistake explains nearly all of
+#: them, except where another fault or noise has changed them too; half is the least that is useful.
 EXPLAINED, KEPT = 0.5, 0.9
-#: Fewest pixels a mutant has to explain, so that no name rests on one of them by chance.
+#: Fewest pixels that a mutant has to explain: one may agree by chance.
 _FEWEST = 2
 _SEED = 20_240_229
-#: Surfaces of a scene beyond which a wrong rule that decides what rays meet is no suspect: every
-#: ray would be tried on every surface, for minutes.
+#: Largest number of surfaces of a scene on which a wrong rule that decides hits is a candidate:
+#: every ray is tested against every surface then, which would take minutes.
 _MOST_SURFACES = 100
 
 
@@ -73,30 +71,30 @@ class Diagnosis:
 
 @dataclass(frozen=True, eq=False)
 class _Sample:
-    """Some pixels of an image, and how many of the image each stands for."""
+    """Some pixels of an image, and the number of pixels that each represents."""
 
     pixels: Index
     weight: Floats
 
 
 def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis | Symptom, ...]:
-    """What explains a failure best: plain symptoms, then mutants; none where none fits.
+    """What explains a failure best: plain symptoms first, then mutants; empty if nothing fits.
 
     Parameters
     ----------
     evidence : Evidence
         Of one scene against one subject.
     most : int
-        How many to name.
+        Largest number of explanations.
 
     Returns
     -------
     tuple of Diagnosis or Symptom
-        Best first; empty where nothing is wrong, or nothing known explains it.
+        Best first; empty if nothing is wrong, or if nothing known explains it.
     """
     if not (evidence.comparison.first_stage >= 0).any():
         return ()
-    found: list[Diagnosis | Symptom] = list(missing_or_at_once(evidence))
+    found: list[Diagnosis | Symptom] = list(missing_or_self_hits(evidence))
     found += _explaining(evidence, most)
     return tuple(found[:most] or float32_arithmetic(evidence))
 
@@ -104,11 +102,11 @@ def diagnose(evidence: Evidence, most: int = 3) -> tuple[Diagnosis | Symptom, ..
 def _explaining(evidence: Evidence, most: int) -> tuple[Diagnosis, ...]:
     """The mutants that explain the first stage that any of them explains."""
     first = evidence.comparison.first_stage
-    glance = _sampled(first, GLANCE)
-    suspects = [mutant for mutant in CATALOGUE.values() if _affordable(evidence.scene, mutant)]
+    first_sample = _sampled(first, FIRST_SAMPLE)
+    candidates = [mutant for mutant in CATALOGUE.values() if _affordable(evidence.scene, mutant)]
     for stage in np.unique(first[first >= 0]):
-        able = [mutant for mutant in suspects if STAGES.index(mutant.stage) <= stage]
-        ranked = _ranked(evidence, able, int(stage), glance, 2 * EXPLAINED / 3)
+        able = [mutant for mutant in candidates if STAGES.index(mutant.stage) <= stage]
+        ranked = _ranked(evidence, able, int(stage), first_sample, 2 * EXPLAINED / 3)
         finalists = [mutant for mutant, _ in ranked[:_FINALISTS]]
         named = _ranked(
             evidence, finalists, int(stage), _sampled(first, SAMPLE), EXPLAINED,
@@ -126,7 +124,7 @@ def _affordable(scene: Scene, mutant: Mutant) -> bool:
 
 
 def _sampled(first: Array, size: int) -> _Sample:
-    """Half of the sample from the pixels that are right, the rest evenly from each wrong stage."""
+    """Draw half of the sample from the right pixels, the rest evenly from each wrong stage."""
     random = np.random.default_rng(_SEED)
     flat = first.reshape(-1)
     stages = np.unique(flat[flat >= 0])
@@ -147,9 +145,9 @@ def _ranked(
     evidence: Evidence, mutants: Iterable[Mutant], stage: int, sample: _Sample, least: float,
     every: tuple[str, ...] = (),
 ) -> list[tuple[Mutant, Diagnosis]]:  # fmt: skip
-    """Those that explain at least a share of the stage's wrong pixels, best first.
+    """The mutants that explain at least a share of the stage's wrong pixels, best first.
 
-    Among mutants that explain a stage alike, agreement in `every` other quantity decides too.
+    Among mutants that explain a stage equally, agreement in `every` quantity counts too.
     """
     found = []
     first = evidence.comparison.first_stage.reshape(-1)[sample.pixels]
@@ -195,7 +193,7 @@ def _agreement(
 
 
 def _within(evidence: Evidence, name: str, mutant: Array, pixels: Index) -> Bools:
-    """Whether a quantity is a mutant's, within the subject's tolerance."""
+    """Whether a quantity equals a mutant's, within the subject's tolerance."""
     theirs = evidence.theirs[name].reshape(-1, QUANTITIES[name].components)[pixels].T
     mine = mutant.reshape(QUANTITIES[name].components, -1)
     same = ((theirs == mine) | (np.isnan(theirs) & np.isnan(mine))).all(axis=0)

@@ -1,7 +1,7 @@
-"""Faults that show without a mutant's help: what is missing altogether, and rays that hit at once.
+"""Faults that show without a mutant: missing objects, and rays that hit their own surface.
 
-Unfinished tracers fail in them, and many a mutant agrees by chance with a picture that lacks half
-of its objects; so these are looked for first.
+Unfinished tracers have them, and many mutants agree by chance with a picture that lacks half of
+its objects; so these faults are searched for first.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from reference.verify.results import Evidence
 
 #: Rounding to float32, and how many of its steps arithmetic in it may lose.
 _U32, _STEPS = 2.0**-24, 64
-#: Pixels of a kind of object below which its absence proves nothing.
+#: Fewest pixels of a kind of object for its absence to count.
 _FEWEST = 20
-#: A secondary ray's t below this share of ε is no hit of another surface.
-_AT_ONCE = 0.5
+#: A secondary ray's t below this share of ε is a hit of the surface that it leaves.
+_SELF_HIT = 0.5
 #: The share of discrete answers that float32's rounding may change.
 _CHANGED = 0.01
 
@@ -34,15 +34,15 @@ class Symptom:
     ----------
     name : str
     sentence : str
-        A clause that follows on the subject's name.
+        A clause that follows the subject's name.
     """
 
     name: str
     sentence: str
 
 
-def missing_or_at_once(evidence: Evidence) -> Iterator[Symptom]:
-    """What is missing from a picture, and secondary rays that meet the surface they leave."""
+def missing_or_self_hits(evidence: Evidence) -> Iterator[Symptom]:
+    """Missing objects, and secondary rays that hit the surface that they leave."""
     if "hit" in evidence.comparison.ratio:
         seen, right = _hits(evidence)
         if right.any() and not seen.any():
@@ -54,7 +54,7 @@ def missing_or_at_once(evidence: Evidence) -> Iterator[Symptom]:
 
 
 def float32_arithmetic(evidence: Evidence) -> Iterator[Symptom]:
-    """Errors everywhere of the size that arithmetic in float32 makes, and nothing worse."""
+    """Errors everywhere, all of the size that float32 arithmetic causes."""
     largest = 0.0
     for name, ratio in evidence.comparison.ratio.items():
         wrong = ratio > 1
@@ -88,23 +88,23 @@ def _hits(evidence: Evidence) -> tuple[Bools, Bools]:
 
 
 def _kinds_missing(evidence: Evidence, seen: Bools, right: Bools) -> Iterator[Symptom]:
-    """Kinds of objects that are nowhere met although other kinds are."""
+    """Kinds of objects that are hit nowhere although other kinds are."""
     objects = evidence.scene.objects
     kinds = np.array([thing.type if isinstance(thing, Facets) else "sphere" for thing in objects])
-    met = _met(evidence, seen)
+    is_hit = _is_hit(evidence, seen)
     first = evidence.ours["object"]
     gone, there = list[str](), list[str]()
     for kind in dict.fromkeys(kinds.tolist()):
         of_kind = right & (kinds[first] == kind) & (first >= 0)
         if of_kind.sum() >= _FEWEST:
-            (there if met(of_kind, kinds == kind) else gone).append(kind)
+            (there if is_hit(of_kind, kinds == kind) else gone).append(kind)
     if gone and there:
         words = " or ".join(gone)
         yield Symptom(f"no {words}", f"never meets a {words}: is that kind of object written yet?")
 
 
-def _met(evidence: Evidence, seen: Bools) -> Callable[[Bools, Bools], bool]:
-    """Whether a kind of object is ever met: by its numbers if given, else by hits where it is."""
+def _is_hit(evidence: Evidence, seen: Bools) -> Callable[[Bools, Bools], bool]:
+    """Whether a kind of object is ever hit: by object numbers if given, else by `hit`."""
     if "object" in evidence.comparison.ratio:
         numbers = np.asarray(evidence.theirs["object"])
         found = np.unique(numbers[(numbers >= 0) & (numbers < len(evidence.scene.objects))])
@@ -113,14 +113,14 @@ def _met(evidence: Evidence, seen: Bools) -> Callable[[Bools, Bools], bool]:
 
 
 def _self_hits(evidence: Evidence, name: str) -> Iterator[Symptom]:
-    """Secondary rays that meet something nearer than ε allows."""
+    """Secondary rays that hit something nearer than ε allows."""
     if name not in evidence.comparison.ratio:
         return
     t, least = np.asarray(evidence.theirs[name], dtype=np.float64), evidence.scene.epsilon
-    at_once = (evidence.comparison.ratio[name] > 1) & (t < _AT_ONCE * least)
-    if at_once.sum() >= _FEWEST:
+    self_hit = (evidence.comparison.ratio[name] > 1) & (t < _SELF_HIT * least)
+    if self_hit.sum() >= _FEWEST:
         yield Symptom(
             "self-hits",
-            f"lets secondary rays meet the surface they leave ({name} {t[at_once].max():.2g} where "
-            f"ε is {least:.2g}): rule S12 starts them at ε",
+            f"lets secondary rays meet the surface they leave ({name} {t[self_hit].max():.2g} "
+            f"where ε is {least:.2g}): rule S12 starts them at ε",
         )
