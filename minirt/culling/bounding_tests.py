@@ -1,7 +1,7 @@
 """Bounding tests: whether a ray may meet a primitive that is a little larger than it is.
 
 A test costs a part of what a kernel does, and most pairs end here: without it, ten spheres take
-6.0 × as long, 25 spheres in colour 3.7 × and three objects 1.5 × (rows '10 spheres', 'image, 25
+3.1 × as long, 25 spheres in colour 3.8 × and three objects 1.7 × (rows '10 spheres', 'image, 25
 spheres' and 'image, 3 objects' of the bench).
 """
 

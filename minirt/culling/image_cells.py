@@ -1,7 +1,7 @@
 """The pixels of an image in cells, so that those traced together are neighbours.
 
-Cells that can show none of a few objects are left out: otherwise one sphere takes 1.9 × as long,
-and so do ten (rows '1 sphere' and '10 spheres' of the bench).
+Cells that can show none of a few objects are left out: otherwise one sphere takes 1.6 × as long,
+and ten 1.9 × (rows '1 sphere' and '10 spheres' of the bench).
 """
 
 from __future__ import annotations

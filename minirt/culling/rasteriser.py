@@ -2,7 +2,7 @@
 
 Primitives are drawn a little larger than they are, row by row, and near ones first, so that what
 rays have met hides what lies behind. Where rays leave one point or go one way, this takes the place
-of the tree. Without it, a mesh takes 4.1 × as long, 10,000 spheres 3.8 × and a glass mesh 1.3 ×
+of the tree. Without it, a mesh takes 3.8 × as long, 10,000 spheres 3.6 × and a glass mesh 1.3 ×
 (rows 'mesh, 82k', '10k spheres' and 'glass mesh, 82k' of the bench).
 """
 

@@ -1,8 +1,8 @@
 """The tree of bounding boxes, eight children a node, which rays walk level by level.
 
 It holds wherever rays have no grid to rasterise over: without it, rays without order in a mesh of
-82,000 triangles take a hundred times as long (row 'mesh, 82k, no order' of the bench). Boxes are
-padded beyond any rounding error of the boxes, the rays and the kernels.
+82,000 triangles take nearly a thousand times as long (row 'mesh, 82k, no order' of the bench).
+Boxes are padded beyond any rounding error of the boxes, the rays and the kernels.
 """
 
 from __future__ import annotations
