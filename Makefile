@@ -1,8 +1,8 @@
 # From nothing to the answer: `make verify` and `make test` each set up .venv by themselves.
 
 PYTHON ?=
-# One more than there are cores: tests wait for the programs that they start.
-JOBS ?= $(shell expr $$(nproc) + 1)
+# Two more than there are cores: tests wait for the programs that they start.
+JOBS ?= $(shell expr $$(nproc) + 2)
 REPORT ?= report
 # The tests of a file stay together where they can: they share what is costly to make.
 PYTEST := -n $(JOBS) --dist worksteal

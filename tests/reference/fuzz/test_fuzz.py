@@ -88,6 +88,7 @@ def forty_objects() -> Scene:
     )  # fmt: skip
 
 
+@pytest.mark.full
 def test_scene_of_a_seed_is_the_same_in_every_process() -> None:
     code = (
         "import json, sys, reports.cli.main, reference.verify.run\n"

@@ -39,6 +39,7 @@ def pytest_with(folder: Path, *options: str) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
+@pytest.mark.full
 def test_one_test_a_scene_and_quantity_and_k_chooses(tmp_path: Path, scenes: str) -> None:
     options = ["--minirt-gate-python", "gate_subjects:few", "--minirt-gate-scenes", scenes]
     status, output = pytest_with(tmp_path, *options, "-n", "2", "-k", "ball or depth")

@@ -31,6 +31,9 @@ from reports.grade.submission.students import students_in
 from tests.helpers.browser import chromium
 from tests.helpers.grade_class import CLASS, PARTS, TOTAL, Submission, write_class
 
+#: `test_programs.py` holds the fast tier's share: programs and frames graded by the same rubric.
+pytestmark = pytest.mark.full
+
 
 @dataclass
 class Graded:

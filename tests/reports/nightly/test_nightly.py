@@ -524,6 +524,7 @@ def test_a_night_that_was_killed_goes_on(
     assert (only(tmp_path / "out") / "results.json").read_bytes() == before
 
 
+@pytest.mark.full
 def test_a_real_night_with_a_small_budget(
     night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
