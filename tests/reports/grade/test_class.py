@@ -31,7 +31,7 @@ from reports.grade.submission.students import students_in
 from tests.helpers.browser import chromium
 from tests.helpers.grade_class import CLASS, PARTS, TOTAL, Submission, write_class
 
-#: `test_programs.py` holds the fast tier's share: programs and frames graded by the same rubric.
+#: In the fast tier, `test_programs.py` grades programs by a rubric of the same form.
 pytestmark = pytest.mark.full
 
 
