@@ -105,6 +105,7 @@ def night(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Night:
     def call(*more: str, commit: str = "a", honest: Honest | None = None) -> int:
         stamp = replace(HERE, commit=commit * 40)
         monkeypatch.setattr("reports.nightly.options.provenance", lambda: stamp)
+        monkeypatch.setattr(origin, "provenance", lambda: stamp)
         fakes = {"honest": honest or Honest()}
         monkeypatch.setattr(registry, "REFERENCES", fakes)
         return run(["nightly", str(scene), "--reference", "honest", "--out", "out", *more])
