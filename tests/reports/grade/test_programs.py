@@ -59,6 +59,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def record(folder: Path) -> ClassRecord:
+    """A class of programs, graded: 12 seconds in each process, so one fast test asks for it."""
     (folder / "rubric.toml").write_text(RUBRIC, encoding="utf-8")
     text = json.dumps(small(SCENE).to_dict())
     (folder / f"{SCENE}.json").write_text(text, encoding="utf-8")
@@ -88,6 +89,7 @@ def test_an_honest_program_earns_everything_on_hidden_scenes_too(record: ClassRe
     assert found.marks.points == 10
 
 
+@pytest.mark.full
 def test_an_answer_copied_from_the_public_scene_fails_the_hidden_one(record: ClassRecord) -> None:
     found = student(record, "copier")
     assert [bool(result.wrong) for result in found.results] == [False, True]
@@ -104,6 +106,7 @@ def digits(text: str) -> set[str]:
     return {number[:9] for number in re.findall(r"\d\.\d{7,}", text)}
 
 
+@pytest.mark.full
 def test_no_page_of_a_student_holds_a_hidden_scene(record: ClassRecord, folder: Path) -> None:
     public = small(SCENE)
     hidden = variant(public, 7, 1)
@@ -122,6 +125,7 @@ def test_no_page_of_a_student_holds_a_hidden_scene(record: ClassRecord, folder: 
     assert copier.count(SCENE) == 1  # of the public one
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("name", "words"),
     [("hanging", "no answer within 10 s"), ("crashing", "SIGABRT"), ("linking", "symbolic link")],
@@ -134,6 +138,7 @@ def test_a_hostile_program_costs_its_own_marks(name: str, words: str, record: Cl
     assert all("minirt-" not in result.reason for result in found.results)  # our folders' names
 
 
+@pytest.mark.full
 def test_a_crash_is_shown_with_its_last_words_of_public_scenes(
     record: ClassRecord, folder: Path
 ) -> None:
@@ -157,6 +162,7 @@ def test_a_program_that_may_be_run_now_is_another_submission(tmp_path: Path) -> 
     assert digest_of(tmp_path) != before
 
 
+@pytest.mark.full
 def test_a_build_that_fails_is_shown_with_its_last_output(record: ClassRecord) -> None:
     found = student(record, "unbuilt")
     assert found.marks.points == 0
@@ -164,6 +170,7 @@ def test_a_build_that_fails_is_shown_with_its_last_output(record: ClassRecord) -
     assert "no such thing" in found.message
 
 
+@pytest.mark.full
 def test_frames_earn_nothing_on_hidden_scenes_and_that_is_said(record: ClassRecord) -> None:
     assert student(record, "frames").marks.points == 5
     assert "1 submission holds frames, which earn nothing on hidden scenes" in record.remarks
