@@ -101,18 +101,7 @@ class RayTree:
 
 
 class Whitted(RayTree):
-    """The lecture's algorithm: the colour that each ray brings.
-
-    Parameters
-    ----------
-    scene : Scene
-    rules : Rules
-
-    Raises
-    ------
-    InputError
-        Anything else in the place of the two.
-    """
+    """The lecture's algorithm: the colour that each ray brings. Parameters as of `RayTree`."""
 
     def color(self, rays: Rays, hits: RayHits, generation: int = 0) -> Floats:
         """rayColor: linear RGB (3, n) of rays, of which some hit something. Source: S7."""

@@ -40,8 +40,9 @@ class BoundingTest(ABC):
 
     def _part(self, some: slice) -> tuple[Floats, Floats]:
         """P0 and d of some rays, (3, s) or (3, 1)."""
-        P0, d = self._rays.P0, self._rays.d
-        return (v if v.shape[1] == 1 else v[:, some] for v in (P0, d))  # type: ignore[return-value]
+        rays = self._rays
+        P0 = rays.P0 if rays.one_origin else rays.P0[:, some]
+        return P0, rays.d if rays.one_direction else rays.d[:, some]
 
     @cached_property
     def _table(self) -> Floats:

@@ -13,19 +13,12 @@ from minirt.rays import Rays
 from minirt.render import Tile
 from minirt.rules import SLIDES
 from minirt.scene import Scene
-from minirt.trace import normals
-from minirt.vectors import Bools, Floats, Index, Ints, column, cross, dot, norm, put, take, unit
-from reference.compare.other_hits import nearest_other, nearest_two
+from minirt.vectors import Bools, Floats, column, cross, dot, norm, put, take, unit
+from reference.compare.contested import CONTESTED, ContestedSearch
 from reference.compare.paths import SignedPaths
 from reference.compare.surfaces import PerSurface
 from reference.source import AlongRay, Declared, NormalOffset
 
-#: 1/slope up to which one trace shows whether other surfaces lie within the error of the first.
-_STEEP = 16.0
-
-#: The object, or the face, of a contested hit: the other renderer may see another one there. No
-#: exact answer equals it.
-_CONTESTED = -2
 _CONTESTED_PATH = np.uint64(0xC0)
 
 #: Two vectors to which few rays or edges are parallel.
@@ -55,6 +48,7 @@ class Displaced(SignedPaths):
         super().__init__(scene, replace(SLIDES, refract=self.refracted_direction))
         self.declared, self.levers, self.k = declared, levers, k
         self.sample, self.step, self.tilt = step, step * declared.delta, step * declared.slope
+        self.search = ContestedSearch(self.world, self.step, self.tilt, declared.grain)
 
     def tile(self, d: Floats, around: tuple[Floats, Floats], wanted: frozenset[str]) -> Tile:
         """The wanted quantities of the pixels whose rays should go along d (3, n).
@@ -67,11 +61,11 @@ class Displaced(SignedPaths):
         screen = self.scene.screen
         near = self.declared.near / abs(screen.nu)  # the other renderer may miss what is nearer
         rays = Rays.of(column(screen.P0) + self.step * aside, d, near)
-        hits, several = self._hits(rays)
+        hits, several = self.search.first_hits(rays)
         tile = self.signed_tile(rays, hits, wanted)
         tile["hit"] = tile["t"] < np.inf
         tile["triangle"] = tile["triangle"].copy()
-        tile["triangle"][several] = _CONTESTED
+        tile["triangle"][several] = CONTESTED
         return tile
 
     def refracted_direction(self, delta: Floats, s: Floats, nu: Floats, nu_t: Floats) -> Floats:
@@ -135,58 +129,15 @@ class Displaced(SignedPaths):
 
     def first_hits(self, rays: Rays) -> RayHits:
         """The first hits; contested ones have no object, but keep their t."""
-        hits, several = self._hits(rays)
-        hits.object[several] = _CONTESTED
+        hits, several = self.search.first_hits(rays)
+        hits.object[several] = CONTESTED
         return hits
 
     def color(self, rays: Rays, hits: RayHits, generation: int = 0) -> Floats:
         """As the lecture's, with a signature of its own for contested hits."""
         result = super().color(rays, hits, generation)
-        self.signature[hits.object == _CONTESTED] = _CONTESTED_PATH
+        self.signature[hits.object == CONTESTED] = _CONTESTED_PATH
         return result
-
-    def _hits(self, rays: Rays) -> tuple[RayHits, Index]:
-        """The first hits, and the rays that may hit other faces of the same object instead.
-
-        If another object may be hit instead, the hit is contested.
-        """
-        apart = np.broadcast_to(2.0 * _STEEP * self.step / norm(rays.d), (rays.count,))
-        relative = 2.0 * (_STEEP * self.tilt + self.declared.grain)
-        hits, next_t = nearest_two(self.world, rays, apart, relative)
-        met = np.flatnonzero(hits.object >= 0)
-        first = hits.take(met)
-        gap = self._gap(take(rays.P0, met), take(rays.d, met), first)
-        watched = first.t * (1.0 + relative) + apart[met]
-        contested = np.flatnonzero(np.minimum(next_t[met], watched) <= first.t + gap)
-        return hits, self._settle(rays, hits, met[contested], gap[contested])
-
-    def _settle(self, cast: Rays, hits: RayHits, rays: Index, gap: Floats) -> Index:
-        """Settle the hits of rays that may hit something else within the gap: see `_hits`."""
-
-        def others(rays: Index, gap: Floats, face: Ints | None) -> RayHits:
-            t, known = hits.t[rays], (hits.object[rays], face)
-            low, high = np.maximum(t - gap, cast.interval(rays)[0]), t + gap
-            beside = Rays.of(take(cast.P0, rays), take(cast.d, rays), low, high)
-            return nearest_other(self.world, beside, known)
-
-        other = others(rays, gap, hits.triangle[rays])
-        some = np.flatnonzero(other.object >= 0)
-        rays, gap, other = rays[some], gap[some], other.take(some)
-        alike = other.object == hits.object[rays]
-        alike[alike] = others(rays[alike], gap[alike], None).object < 0
-        farther = np.flatnonzero(alike & (other.t > hits.t[rays]))
-        hits.put(rays[farther], other.take(farther))
-        hits.object[rays[~alike]] = _CONTESTED
-        several: Index = rays[alike]
-        return several
-
-    def _gap(self, P0: Floats, d: Floats, hits: RayHits) -> Floats:
-        """The largest difference of t (n,) of two surfaces whose order the error can change."""
-        t, length = hits.t, norm(d)
-        normal = normals(self.world, self.rules.point_at(P0, d, t), hits)
-        slope = np.maximum(np.abs(dot(normal, d / length)), 2.0**-20)
-        gap: Floats = 2.0 * (self.step / length + self.tilt * t) / slope
-        return gap + 2.0 * self.declared.grain * t
 
 
 def perpendicular(d: Floats) -> tuple[Floats, Floats]:

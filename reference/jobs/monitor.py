@@ -103,8 +103,7 @@ class Monitor:
         self._folders = [workdir] if scratch is None else [workdir, scratch]
         #: The supervisor, and bubblewrap outside and inside, which are not the program's.
         self._own = 1 if scratch is None else 3
-        self._sandboxed = scratch is not None
-        self._begin = time.monotonic()
+        self._sandboxed, self._begin = scratch is not None, time.monotonic()
         self._stream = cast(IO[bytes], supervisor.stdout).fileno()
         self._tail, self._printed, self._seconds = b"", 0, 0.0
         self._known: set[tuple[int, int]] = set()

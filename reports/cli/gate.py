@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,6 +27,9 @@ from reports.terminal.console import (
     stderr_console,
     stdout_console,
 )
+
+if TYPE_CHECKING:
+    from reports.gate.run import GateOptions
 
 
 class Language(StrEnum):
@@ -85,10 +88,8 @@ def gate(
     It is given scenes, never minirt's frames. Every quantity that it gives is compared where the
     exact answer is stable under the error that it declares; there not one pixel may be wrong.
     """
-    from reports.gate.run import BaselineOptions, GateOptions, run_gate, update_baseline
+    from reports.gate.run import BaselineOptions, GateOptions
     from reports.history.recording import HistoryTarget
-    from reports.results.record import results_document
-    from reports.terminal.results import print_run
 
     if init is not None:
         _init(init, language, json)
@@ -96,6 +97,15 @@ def gate(
     known = BaselineOptions(baseline, update, reason, until)
     target = HistoryTarget(history, not no_history)
     options = GateOptions(scenes, quantities, require, out, jobs, mutants, no_cache, known, target)
+    raise typer.Exit(_judge(subject, options, json))
+
+
+def _judge(subject: Subject, options: GateOptions, json: bool) -> int:
+    """Run the gate, and print what was found; the exit status."""
+    from reports.gate.run import run_gate, update_baseline
+    from reports.results.record import results_document
+    from reports.terminal.results import print_run
+
     with progress("gate") as tell:
         found = run_gate(subject, options, tell)
     run, console = found.recorded.run, stderr_console()
@@ -105,10 +115,10 @@ def gate(
         print_lines([f"look closer: {found.hint}"], console)
     if json:
         print_json(results_document(run))
-    if updated := update_baseline(found, known):
+    if updated := update_baseline(found, options.baseline):
         print_lines([updated], console)
-        raise typer.Exit(0)
-    raise typer.Exit(found.recorded.exit_status)
+        return 0
+    return found.recorded.exit_status
 
 
 def _init(folder: Path, language: Language, json: bool) -> None:

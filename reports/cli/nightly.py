@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -25,6 +25,10 @@ from reports.terminal.console import (
     stderr_console,
     stdout_console,
 )
+
+if TYPE_CHECKING:
+    from reference.jobs.cluster import Cluster
+    from reports.nightly.options import NightlyOptions
 
 
 def nightly(
@@ -73,8 +77,6 @@ def nightly(
         seconds_in,
     )
     from reports.nightly.options import NightlyOptions
-    from reports.nightly.run import finish, nightly_run, run_lines
-    from reports.nightly.steps import run_steps
 
     seconds, command = seconds_in(budget, "--budget"), command_words(notify, "--notify")
     chosen, required = references_of(names_in(reference), names_in(require))
@@ -84,10 +86,19 @@ def nightly(
         chosen_scenes(scenes), chosen, required, seconds, tuple(named), jobs, timeout, out,
         history, keep, command,
     )  # fmt: skip
-    with cluster_at(cluster) as workers, nightly_run(options) as (night, kept):
+    with cluster_at(cluster) as workers:
+        raise typer.Exit(_run(options, workers, json))
+
+
+def _run(options: NightlyOptions, cluster: Cluster | None, json: bool) -> int:
+    """Run what a night should try, and print how it went; the exit status."""
+    from reports.nightly.run import finish, nightly_run, run_lines
+    from reports.nightly.steps import run_steps
+
+    with nightly_run(options) as (night, kept):
         print_lines([f"night: {night.folder}"], stderr_console())
         with progress("nightly") as tell:
-            on_cluster = replace(options, cluster=workers)
+            on_cluster = replace(options, cluster=cluster)
             run_steps(night, on_cluster, kept, lambda _, done, total: tell(int(done), int(total)))
         status, lines = finish(night, options, kept)
         print_lines(lines, stderr_console())
@@ -96,4 +107,4 @@ def nightly(
             print_json({**record, "folder": str(night.folder), "exit_status": status})
         else:
             print_lines(run_lines(night, options), stdout_console())
-    raise typer.Exit(status)
+    return status

@@ -8,27 +8,12 @@ import numpy as np
 import pytest
 
 import minirt
-from minirt.culling.rasteriser import Rasteriser
 from minirt.geometry import Geometry
 from minirt.rays import Rays
 from minirt.rules import SLIDES
 from minirt.trace import RT, World
 from minirt.vectors import Floats
 from tests.helpers.culling_scenes import BRUTE, FAMILIES, nearest, scene_with
-
-
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many rays each rasteriser that was asked for pairs had."""
-    rays: list[int] = []
-    pairs = Rasteriser.pairs
-
-    def counted(rasteriser: Rasteriser, t_max: Floats) -> object:
-        rays.append(len(t_max))
-        return pairs(rasteriser, t_max)
-
-    monkeypatch.setattr(Rasteriser, "pairs", counted)
-    return rays
 
 
 def _scene() -> minirt.Scene:

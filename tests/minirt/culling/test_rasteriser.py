@@ -32,20 +32,6 @@ EYE = np.array([0.3, 0.4, 6.0])
 MANY = ("mixed", "shared_edges", "duplicates", "scales", "degenerate", "edge_on")
 
 
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many rays each rasteriser that was made had."""
-    rays: list[int] = []
-    pairs = Rasteriser.pairs
-
-    def counted(rasteriser: Rasteriser, t_max: Floats) -> object:
-        rays.append(len(t_max))
-        return pairs(rasteriser, t_max)
-
-    monkeypatch.setattr(Rasteriser, "pairs", counted)
-    return rays
-
-
 def _triangles(scene: minirt.Scene) -> Floats:
     """(m, 3, 3): the vertices of the scene's triangles."""
     found = Geometry.of(scene).triangles
